@@ -35,6 +35,7 @@ from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.control.accepted import Accepted
+from bipot.control.control import Control
 from bipot.control.course import Course
 from bipot.control.landing import Locate
 from bipot.energy import Energies
@@ -65,7 +66,7 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, V
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
 from bipot.limit_analysis import LimitLoad, limit_load
-from bipot.marching import Control, march
+from bipot.marching import march
 from bipot.meshes.cells import Fine
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout

@@ -38,7 +38,7 @@ from bipot.errors import require
 from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
 from bipot.laws.material import Material
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Bools, Floats, make_floats, vdot
+from bipot.typing import Bools, Floats, make_floats, max_abs, vdot
 
 EPS = 8 * float(np.finfo(float).eps)
 """Round-off of a short sum of products."""
@@ -110,7 +110,7 @@ class Balance:
     @property
     def equilibrium(self) -> float:
         """The largest nodal residual over the force."""
-        return _ratio(float(np.abs(self.residual).max(initial=0.0)), self.force)
+        return _ratio(max_abs(self.residual), self.force)
 
     @property
     def tools(self) -> float:
@@ -211,7 +211,7 @@ def certify(
     law = law / contact.present if contact.present > 0 else 0.0 if law <= law_blur else np.inf
     resolution = Resolution(
         equilibrium=balance.resolution,
-        yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
+        yield_violation=EPS * 2 * max_abs(material.stress) / float(material.yield_stress.min()),
         cone_violation=_ratio(unsure, contact.largest),
         law=_ratio(law_blur, contact.present) if contact.present > 0 else 0.0,
         relative_gap=_ratio(vdot(norm(contact.r), blur) + balance.blur * float(moved.sum()), energy),

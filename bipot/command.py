@@ -88,7 +88,7 @@ def picture(asked: argparse.Namespace) -> Path:
     """
     if find_spec("matplotlib") is None:
         raise ResultsError("a picture needs matplotlib: pip install bipot[studies]")
-    result = opened(asked.run)
+    result = found_run(asked.run)
     path = asked.out or result.folder / f"{_name(asked)}.png"
     if path.suffix.lower() == GIF:
         if asked.traction is not None or asked.at is not None or asked.by is not None:
@@ -111,7 +111,7 @@ def _name(asked: argparse.Namespace) -> str:
     return "_".join(words)
 
 
-def opened(path: Path) -> History:
+def found_run(path: Path) -> History:
     """The run in a folder; if runs are in its subfolders, the message names these.
 
     Raises:
@@ -171,7 +171,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     told = commands.add_parser("info", help="what a run holds", allow_abbrev=False)
     told.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")
-    told.set_defaults(run_command=lambda asked: info(opened(asked.run)))
+    told.set_defaults(run_command=lambda asked: info(found_run(asked.run)))
     drawn = commands.add_parser("picture", help="draw a field or the contact traction of a run", allow_abbrev=False)
     add_picture_options(drawn)
     drawn.set_defaults(run_command=lambda asked: str(picture(asked)))

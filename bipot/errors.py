@@ -8,6 +8,7 @@ increment that cannot be accepted carries the last accepted state (:class:`Incre
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from enum import Enum
 from numbers import Integral, Real
 from pathlib import Path
@@ -28,6 +29,10 @@ LONGEST = 300
 
 class BipotError(Exception):
     """Base of every error this package raises on purpose."""
+
+
+Refusal = Callable[[str], BipotError]
+"""Makes the error of a message."""
 
 
 class SceneError(BipotError, ValueError):
@@ -83,15 +88,15 @@ class Refused(NotConverged):
 
 
 class IncrementFailed(BipotError):
-    """The march stopped: ``state`` is the last accepted state, ``history`` the recorded history.
+    """The march stopped: ``state`` is the last accepted state, ``history`` that of a recorder.
 
     The message ends with one sentence on what to change.
     """
 
-    def __init__(self, message: str, state: Any = None, history: Any = None) -> None:
+    def __init__(self, message: str, state: Any = None) -> None:
         super().__init__(message)
         self.state = state
-        self.history = history
+        self.history: Any = None
 
 
 class LimitPassed(IncrementFailed, UnboundedProgram):

@@ -18,7 +18,7 @@ from bipot.certificate import Bounds, Certificate
 from bipot.checks.determinacy import least_moved
 from bipot.checks.examined import Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.errors import NotConverged, require, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
@@ -167,7 +167,7 @@ def solve_increment(
         # A form that is not the library's own is not trusted with the body's response.
         iterate, r = step.iterate if type(form) in OWN else increment.at(step.iterate.x), step.r
         iterations, timing = iterations + step.iterations, timing + step.timing
-        almost += step.outcome is Outcome.ALMOST
+        almost += step.outcome is Claim.ALMOST
         examined = Examined(iterate, r, largest, limits.bounds)
         try:
             accepted = watch.accepts(examined, step)

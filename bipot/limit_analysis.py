@@ -27,7 +27,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
-from bipot.typing import Bools, Floats, einsum, read_only
+from bipot.typing import Bools, Floats, einsum, max_abs, read_only
 
 SATURATED = 1e9
 """A plastic strain at which a saturating law has saturated; a law that still hardens has no limit load."""
@@ -68,7 +68,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
-    whole, parts = float(np.abs(_load(increment)).max(initial=0.0)), _parts(increment)
+    whole, parts = max_abs(_load(increment)), _parts(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
     # Far from the origin the lengths of edges are differences of large numbers.
     left = CANCELLED * (1 + np.abs(scene.mesh.nodes).max() / scene.mesh.size) * max(parts, default=0.0)

@@ -15,28 +15,20 @@ from functools import partial
 from typing import NamedTuple
 
 from bipot.control.accepted import Accepted
-from bipot.control.carrying import Attempt, carry_on
+from bipot.control.attempting import attempt_increment
+from bipot.control.carrying import Attempt
+from bipot.control.control import Control
 from bipot.control.course import Course
-from bipot.control.dissipated import Dissipated
 from bipot.control.estimate import error_estimate
 from bipot.control.failing import AHEAD, given_up
-from bipot.control.landing import Landing, Locate, locate
+from bipot.control.landing import Landing, locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
 from bipot.control.yielding import is_past_yield
-from bipot.errors import (
-    InvertedElement,
-    NotConverged,
-    ProgramError,
-    UnsuitedForm,
-    require,
-    require_count,
-    require_tuple,
-    require_type,
-)
-from bipot.forms import Cache, Dissipation, Form, Newton, Tangent
-from bipot.increment import Leave, LeftOff, Limits, Near, Observer, Solved, Trial, solve_increment, unobserved
+from bipot.errors import require, require_type
+from bipot.forms import Cache
+from bipot.increment import Observer, Solved, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.response import State
@@ -44,43 +36,8 @@ from bipot.scene.scene import Scene
 from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
 
-FAILURES = (NotConverged, ProgramError, InvertedElement)
-
 DIGITS = 2.0
 """Spacings of pseudo-times in the shortest increment: twice that is halved."""
-
-
-@dataclass(frozen=True)
-class Control:
-    """How increments are solved: form and fallbacks, acceptance, how often one may be halved, integration of the flow.
-
-    ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments.
-
-    Raises:
-        SceneError: a wrong type, a negative count.
-    """
-
-    form: Form = Tangent()
-    fallbacks: tuple[Form, ...] = (Newton(), Dissipation())
-    limits: Limits = Limits()
-    cuts: int = 8
-    integration: Integration = Integration.BDF2
-    locate: Locate | None = None
-
-    def __post_init__(self) -> None:
-        require_type(self.form, Form, "control.form")
-        object.__setattr__(self, "fallbacks", require_tuple(self.fallbacks, Form, "control.fallbacks"))
-        require_type(self.limits, Limits, "control.limits")
-        require_count(self.cuts, "cuts", 0)
-        require(self.cuts <= 50, "cuts", self.cuts, "at most 50: a pseudo-time has no more digits to halve")
-        require_type(self.integration, Integration, "control.integration")
-        require_type(self.locate, Locate, "control.locate", optional=True)
-
-    @property
-    def forms(self) -> tuple[Form, ...]:
-        """The form and its fallbacks without duplicates; the same form with other options counts as another one."""
-        forms = (self.form, *self.fallbacks)
-        return tuple(form for k, form in enumerate(forms) if form not in forms[:k])
 
 
 def march(
@@ -121,11 +78,11 @@ def march(
     pacer = None if schedule.accuracy is None else Pacer(schedule.accuracy)
     allowed = f"{Integration.BDF2.value!r} with an accuracy, which is estimated by what flow carried on changes"
     require(pacer is None or second, "integration", control.integration.value, allowed)
-    return _increments(Run(system, control, observe, pacer), schedule, course)
+    return _increments(Shared(system, control, observe, pacer), schedule, course)
 
 
 @dataclass(frozen=True)
-class Run:
+class Shared:
     """What the increments of a march share; the cache holds nothing that depends on an increment's numbers.
 
     ``pacer`` chooses the lengths of increments between scheduled pseudo-times; None takes each stretch as one.
@@ -159,30 +116,30 @@ class Found(NamedTuple):
     estimate: float = math.nan
 
 
-def _increments(run: Run, schedule: Schedule, course: Course) -> Iterator[Accepted]:
+def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[Accepted]:
     """The march from a checked start."""
-    times = schedule.landing_on(run.system.body.scene.kinks)
+    times = schedule.landing_on(shared.system.body.scene.kinks)
     if any(abs(course.state.tau - target) <= ROUND_OFF * target for target in times):
         course = course.scheduled()
     for target in times:
         while course.state.tau < target * (1 - ROUND_OFF):
-            accepted = _next(run, course, target)
+            accepted = _next(shared, course, target)
             yield accepted
             course = accepted.course
 
 
-def _next(run: Run, course: Course, target: float) -> Accepted:
+def _next(shared: Shared, course: Course, target: float) -> Accepted:
     """The next increment on the way to the scheduled ``target``."""
     began = time.perf_counter()
-    run.cache.begin(course.before)
-    found = _located(run, course, _accurate(run, course, target))
+    shared.cache.begin(course.before)
+    found = _located(shared, course, _accurate(shared, course, target))
     solved, reasons = found.solved, found.reasons
     if solved.almost:
         said = f"{solved.almost} passes almost solved, certificate re-checked"
         reasons += (Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}),)
     return Accepted(
         start=course.state,
-        course=_after(run, course, found, target),
+        course=_after(shared, course, found, target),
         solved=solved,
         tool_forces=solved.iterate.tool_forces(solved.r),
         form=found.attempt.form,
@@ -195,9 +152,9 @@ def _next(run: Run, course: Course, target: float) -> Accepted:
     )
 
 
-def _accurate(run: Run, course: Course, target: float) -> Found:
+def _accurate(shared: Shared, course: Course, target: float) -> Found:
     """The increment, solved again and shorter while its error is estimated too far above what was asked."""
-    found, pacer = _estimated(run, course, _halved(run, course, target)), run.pacer
+    found, pacer = _estimated(shared, course, _halved(shared, course, target)), shared.pacer
     for _ in range(TRIES if pacer is not None else 0):
         assert pacer is not None
         if not pacer.refuses(found.estimate):
@@ -206,53 +163,53 @@ def _accurate(run: Run, course: Course, target: float) -> Found:
         shorter = pacer.next(found.increment.tau - course.state.tau, found.estimate)
         measures = {"estimate": found.estimate, "tau": found.increment.tau}
         refused = Reason(ReasonKind.ACCURACY, f"shortened: error estimated at {found.estimate:.2g}", measures=measures)
-        again = _halved(run, replace(course, size=shorter, uncut=shorter), target)
+        again = _halved(shared, replace(course, size=shorter, uncut=shorter), target)
         passes, reasons = found.passes + again.passes, (*found.reasons, refused, *again.reasons)
         found = again._replace(passes=passes, reasons=reasons, cuts=found.cuts + again.cuts)
-        found = _estimated(run, course, found)
+        found = _estimated(shared, course, found)
         if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
             break
     return found
 
 
-def _estimated(run: Run, course: Course, found: Found) -> Found:
+def _estimated(shared: Shared, course: Course, found: Found) -> Found:
     """The increment with the estimate of its error, if its length is to follow that."""
-    return found if run.pacer is None else found._replace(estimate=error_estimate(course.state, found.solved))
+    return found if shared.pacer is None else found._replace(estimate=error_estimate(course.state, found.solved))
 
 
-def _halved(run: Run, course: Course, target: float) -> Found:
+def _halved(shared: Shared, course: Course, target: float) -> Found:
     """The increment of the course's length or less, halved until an attempt solves it."""
     state, anew = course.state, target - course.state.tau
-    if run.pacer is not None:
-        anew = run.pacer.length(run.system, state, course.proposed, target)
+    if shared.pacer is not None:
+        anew = shared.pacer.length(shared.system, state, course.proposed, target)
     size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
     # Half of an increment that has no more digits is none, or the whole of it again.
-    least = max(uncut / 2**run.control.cuts, DIGITS * math.ulp(state.tau))
+    least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
     cuts, passes, reasons = 0, 0, list[Reason]()
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
-        increment = Increment(run.system, state, tau)
-        attempt = run.attempt(increment, course.largest)
+        increment = Increment(shared.system, state, tau)
+        attempt = shared.attempt(increment, course.largest)
         passes += attempt.passes
         reasons += attempt.failures
         if attempt.solved is not None:
             return Found(increment, attempt, attempt.solved, uncut, cuts, passes, tuple(reasons))
         # Counted from what was scheduled: from the last success they creep up to a wall without an end.
         if tau - state.tau < 2 * least * (1 - 1e-9):
-            ahead = tau if run.pacer is None else max(tau, min(target, state.tau + AHEAD))
-            raise given_up(increment, attempt, cuts, run.cache.pace, ahead)
+            ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
+            raise given_up(increment, attempt, cuts, shared.cache.pace, ahead)
         cuts += 1
         size = (tau - state.tau) / 2
         reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
 
 
-def _located(run: Run, course: Course, found: Found) -> Found:
+def _located(shared: Shared, course: Course, found: Found) -> Found:
     """The increment found, cut to its first landing if landings are to be located."""
-    if run.control.locate is None:
+    if shared.control.locate is None:
         return found
-    solve = partial(run.attempt, largest=course.largest)
-    landing, spent = locate(found.increment, found.solved, solve, run.control.locate, course.landed)
+    solve = partial(shared.attempt, largest=course.largest)
+    landing, spent = locate(found.increment, found.solved, solve, shared.control.locate, course.landed)
     found = found._replace(passes=found.passes + spent)
     if landing is None:
         return found
@@ -260,19 +217,19 @@ def _located(run: Run, course: Course, found: Found) -> Found:
     landed = Reason(ReasonKind.LANDING, said, measures={"node": landing.node, "tau": landing.tau})
     reasons = (*found.reasons, *landing.attempt.failures, landed)
     found = found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
-    return _estimated(run, course, found)
+    return _estimated(shared, course, found)
 
 
-def _after(run: Run, course: Course, found: Found, target: float) -> Course:
+def _after(shared: Shared, course: Course, found: Found, target: float) -> Course:
     """The course after the increment found: at the ``target``, or on the way to it."""
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
-    if run.pacer is not None:
+    if shared.pacer is not None:
         begun = begins_flow(course.state, found.solved)
-        proposed = run.pacer.next(length, found.estimate, found.attempt.passes, begun)
+        proposed = shared.pacer.next(length, found.estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
     # An increment paced by accuracy that was not cut ends as one of the schedule does.
-    paced = run.pacer is not None and found.landing is None and length >= found.uncut * (1 - 1e-9)
+    paced = shared.pacer is not None and found.landing is None and length >= found.uncut * (1 - 1e-9)
     if tau == target or paced:
         return after
     if found.landing is None:
@@ -280,39 +237,3 @@ def _after(run: Run, course: Course, found: Found, target: float) -> Course:
     landed[found.landing.candidate] = True
     rest = found.increment.tau - tau
     return replace(after, size=rest, uncut=rest, landed=landed)
-
-
-def attempt_increment(
-    increment: Increment, control: Control, cache: Cache, largest: float, observe: Observer = unobserved
-) -> Attempt:
-    """Try the increment, each time with the forms in turn.
-
-    ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
-    """
-
-    def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
-        passes, failures, last, strayed = 0, list[Reason](), None, False
-        begins = replace(increment, start=begun)
-
-        def count(trial: Trial) -> None:
-            nonlocal passes
-            passes += 1
-            observe(trial)
-
-        for form in control.forms:
-            try:
-                solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to, leave)
-            except LeftOff as left:
-                return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
-            except FAILURES as failure:
-                failures.append(Reason.of(form.name, failure))
-                last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
-            else:
-                return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
-        return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed)
-
-    def refused(solved: Solved) -> Reason | None:
-        dissipation = Dissipated.of(increment.start, solved)
-        return dissipation.negative(control.limits.bounds.relative_gap, friction=solved.posed is None)
-
-    return carry_on(increment, solve, refused, control.integration is Integration.BDF2)

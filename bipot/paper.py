@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bipot.certificate import Bounds
+from bipot.control.control import Control
 from bipot.errors import require_type
 from bipot.fem.strain import Configuration
 from bipot.forms import Penalty
@@ -18,7 +19,6 @@ from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.rate import RateVonMises
 from bipot.laws.von_mises import TangentKind, VonMises
-from bipot.marching import Control
 from bipot.scene.scene import Scene
 
 

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
-from typing import Any
 
 import numpy as np
 
 from bipot.errors import require, require_magnitude, require_number
 from bipot.schedule import ROUND_OFF, SAME
-from bipot.typing import Floats
+from bipot.typing import Floats, listed, max_abs
 
 Multiple = float | tuple[float, ...]
 """One multiple of the whole, or one for each component."""
@@ -67,7 +66,7 @@ def corners(path: Path) -> tuple[float, ...]:
     off = np.abs(values[1:-1] - (values[:-2] + part * (values[2:] - values[:-2]))).max(axis=1)
     turns = taus[1:-1][off > least]
     begun = np.flatnonzero(taus <= ROUND_OFF)[-1]
-    change = float(np.abs(values[begun + 1] - values[begun]).max())
+    change = max_abs(values[begun + 1] - values[begun])
     at_once = [SAME] if values[begun].any() and change > least else []
     return (*at_once, *turns[turns > ROUND_OFF].tolist())
 
@@ -95,8 +94,7 @@ def require_components(value: Sequence[float], dimension: int, field: str) -> No
 
 def _numbers(value: object, counts: tuple[int, ...], field: str, allowed: str) -> tuple[float, ...]:
     """``value`` as so many finite numbers."""
-    several = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
-    given: list[Any] = list(value) if several else []  # type: ignore[call-overload]
+    given = list(value) if listed(value) else []
     require(len(given) in counts and all(map(_finite, given)), field, value, allowed)
     return tuple(map(float, given))
 
@@ -140,7 +138,7 @@ class Amplitude:
     @property
     def largest(self) -> float:
         """The largest multiple without its sign."""
-        return float(np.abs(self._table[1]).max())
+        return max_abs(self._table[1])
 
     @cached_property
     def _table(self) -> tuple[Floats, Floats]:

@@ -17,7 +17,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.schedule import SAME
 from bipot.tensors import norm
-from bipot.typing import Floats, einsum
+from bipot.typing import Floats, einsum, max_abs
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class System:
         tenfold, for the mesh at rest is taken.
         """
         elastic, rest = self.body.scene.material.elasticity, self.rigidity
-        largest = float(np.abs(stress).max()) + (elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
+        largest = max_abs(stress) + (elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
         return 10 * EPS * rest.lever * largest
 
     def rest(self) -> State:

@@ -57,7 +57,7 @@ LEAST_SHARE = 0.05
 
 
 @dataclass(frozen=True)
-class Traction:
+class ContactTraction:
     """Tractions and status of the candidates: pressure (c,) and shear (c,) along t, status (c,), thresholds.
 
     In space, where there are two tangents, the shear is the length of its vector.
@@ -74,13 +74,13 @@ class Traction:
     slip_tol: float
 
 
-def traction(iterate: Iterate, r: Floats) -> Traction:
+def traction(iterate: Iterate, r: Floats) -> ContactTraction:
     """Traction and status for contact forces r (c, d) of all candidates at the iterate, where it is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
     rows = iterate.rows
     pressure, shear = tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r), rows)
     state = status(r, iterate.motion, 0.0, rows.mu, force_tol, slip_tol, rows.cap)
-    return Traction(pressure, shear, state, force_tol, slip_tol)
+    return ContactTraction(pressure, shear, state, force_tol, slip_tol)
 
 
 def tractions(

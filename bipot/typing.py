@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, TypeVar
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,11 @@ einsum: Einsum = np.einsum
 """:func:`numpy.einsum` itself, with one type in the place of twelve: a type checker tries them all at every call."""
 
 
+def times(matrices: Floats, vectors: Floats) -> Floats:
+    """Matrices (…, i, j) on vectors (…, j)."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
 def vdot(a: Floats, b: Floats) -> float:
     """The sum of a b over all entries of two arrays of one size.
 
@@ -38,6 +44,20 @@ def vdot(a: Floats, b: Floats) -> float:
     5.0
     """
     return float(np.vdot(a, b))
+
+
+def listed(value: object) -> TypeGuard[Sequence[Any]]:
+    """Whether ``value`` is a tuple, a list or an array with items in it: one without an axis has none."""
+    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+
+
+def max_abs(values: NDArray[Any]) -> float:
+    """The largest magnitude of all entries of an array; 0 where there is none.
+
+    >>> max_abs(np.array([[1.0, -3.0]])), max_abs(np.empty(0))
+    (3.0, 0.0)
+    """
+    return float(np.abs(values).max(initial=0.0))
 
 
 def as_array(values: object, field: str) -> NDArray[Any]:

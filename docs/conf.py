@@ -33,7 +33,7 @@ nitpicky = True
 
 myst_enable_extensions = ["deflist", "colon_fence"]
 myst_heading_anchors = 3
-# Two classes of one short name in an annotation (Outcome) are no broken link; a missing one still is a warning.
+# Two classes of one short name in an annotation (Limits) are no broken link; a missing one still is a warning.
 suppress_warnings = ["config.cache", "ref.python"]
 
 autodoc_default_options = {"members": True, "member-order": "bysource"}

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.clarabel import solve
+from bipot.conic.clarabel import solve_once
 from bipot.conic.solver import Accuracy
 from bipot.forms import FormName
 from bipot.laws.coulomb import bipotential_gap, natural_map
@@ -107,7 +107,7 @@ def passes_of(W: Floats, q: Floats, mu: float, rule: Safeguard = RULE) -> Iterat
     coupling = Coupling.start(image(rows, np.zeros((c, 2)), q), rule)
     while True:
         program = TangentProgram(K, K @ q, ContactTerms(rows, coupling.value, coupling.shift))
-        answer = solve(program.conic(), ACCURACY)
+        answer = solve_once(program.conic(), ACCURACY)
         x, r = polish(program, answer.block(Block.DISPLACEMENT), program.contact.contact_forces(answer))
         u = rows.motion(x)
         coupling = coupling.update(image(rows, r, x))

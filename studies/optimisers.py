@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bipot.conic.problem import Outcome
+from bipot.conic.problem import Claim
 from bipot.forms import Optimiser, Penalty, contact_penalty
 from bipot.increment import Trial
 from bipot.marching import Control, Schedule, march, system_of
@@ -52,7 +52,7 @@ class Compared:
             seconds = time.process_time() - began
             difference = float(np.abs(found.x - exact).max() / np.abs(exact).max())
             self.spent.setdefault(optimiser, []).append(
-                (difference, found.iterations, seconds, found.outcome is Outcome.ALMOST)
+                (difference, found.iterations, seconds, found.outcome is Claim.ALMOST)
             )
 
 

@@ -71,9 +71,13 @@ def written(text: str, found: list[str]) -> str:
 
 
 def main() -> None:
-    """Write the pages."""
+    """Write the pages; a file that is none ends it in a sentence, before any is written."""
     os.environ.setdefault("MPLBACKEND", "Agg")
-    for page in map(Path, sys.argv[1:] or PAGES):
+    pages = list(map(Path, sys.argv[1:])) or PAGES
+    for page in pages:
+        if page.suffix != ".md" or not page.is_file():
+            sys.exit(f"tests.pages: PAGE = {str(page)!r}: must be a Markdown file, e.g. docs/first_steps.md")
+    for page in pages:
         with tempfile.TemporaryDirectory() as folder:
             found = printed(page.resolve(), Path(folder))
         page.write_text(written(page.read_text(encoding="utf-8"), found), encoding="utf-8")

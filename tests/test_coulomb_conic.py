@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot import coulomb
-from bipot.conic.problem import ConicSolution, Outcome, Timing
-from bipot.coulomb.acceleration import Memory
-from bipot.coulomb.conic import force_program, polish
+from bipot.conic.problem import Claim, ConicSolution, Timing
+from bipot.coulomb.acceleration import Past
+from bipot.coulomb.conic import force_program, polished_force
 from bipot.coulomb.functions import AlartCurnier, ConeMap, NaturalMap, TrescaMap
 from bipot.coulomb.scaling import scale
 from bipot.errors import InfeasibleProgram, ProgramError, SceneError
@@ -86,7 +86,7 @@ def test_interior_point_answers_stall_and_the_polish_does_not():
             r = program.solve(scaled.q, np.zeros(2))
         except ProgramError:
             continue
-        better = polish(scaled, ConeMap(), r, scaled.q, 4)
+        better = polished_force(scaled, ConeMap(), r, scaled.q, 4)
         errors.append((tol, np.linalg.norm(r + scaled.q)))
         polished.append(np.linalg.norm(better + scaled.q))
     assert len(errors) >= 3
@@ -104,7 +104,7 @@ class Claims:
 
     def solve(self, program, accuracy, last=None):
         self.asked.append(accuracy.tolerance)
-        return ConicSolution(program, np.zeros(2), {}, Outcome.ALMOST, 1, Timing()), None
+        return ConicSolution(program, np.zeros(2), {}, Claim.ALMOST, 1, Timing()), None
 
 
 def test_almost_solved_is_never_accepted():
@@ -164,7 +164,7 @@ def test_derivatives_agree_with_finite_differences(seed, dim, function):
 def test_anderson_solves_a_linear_fixed_point_in_as_many_steps_as_unknowns(seed):
     rng = np.random.default_rng(seed)
     G, b = rng.normal(size=(3, 3)) * 0.3, rng.normal(size=3)
-    mixing, memory, x = coulomb.Anderson(depth=3, weight=1.0, growth=1e12), Memory(), np.zeros(3)
+    mixing, memory, x = coulomb.Anderson(depth=3, weight=1.0, growth=1e12), Past(), np.zeros(3)
     for _ in range(6):
         memory, x = mixing.advance(memory, x, G @ x + b)
     np.testing.assert_allclose(x, np.linalg.solve(np.eye(3) - G, b), rtol=1e-5, atol=1e-7)
@@ -172,7 +172,7 @@ def test_anderson_solves_a_linear_fixed_point_in_as_many_steps_as_unknowns(seed)
 
 def test_the_safeguard_drops_the_memory_after_a_bad_step():
     mixing = coulomb.Anderson(weight=0.5, growth=2.0)
-    memory, x = mixing.advance(Memory(), np.array([0.0]), np.array([1.0]))
+    memory, x = mixing.advance(Past(), np.array([0.0]), np.array([1.0]))
     memory, x = mixing.advance(memory, x, x + 0.4)
     assert len(memory.points) == 2
     memory, after = mixing.advance(memory, x, x + 10.0)

@@ -8,7 +8,7 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.fem.assembly import element_force, element_stiffness, space
-from bipot.fem.elements import RULES, Quadrature, line, tabulated, tabulated_at
+from bipot.fem.elements import RULES, Quadrature, tabulated, tabulated_at, tabulated_line
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
@@ -147,7 +147,7 @@ def test_edge_masses_and_normals_add_up(element, geometry):
     edges, _ = mesh.surface("side")
     ring_ = geometry is Geometry.AXISYMMETRIC
     x, weights = np.polynomial.legendre.leggauss(12)
-    table = line(edges.shape[1])
+    table = tabulated_line(edges.shape[1])
     assert table.values.shape == (3, edges.shape[1])
     ends = mesh.nodes[edges]
     if edges.shape[1] == 3:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import skfem
 
-from bipot.fem.elements import Quadrature, Reference, line, radon7, tabulated
+from bipot.fem.elements import Quadrature, Reference, radon7, tabulated, tabulated_line
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.meshes.elements import Element
@@ -65,7 +65,7 @@ def test_kinematics_of_other_plane_elements_are_those_of_the_motion(element, con
 
 
 def test_line_reproduces_quadratics():
-    table, nodes = line(3), np.array([0.0, 0.5, 1.0])
+    table, nodes = tabulated_line(3), np.array([0.0, 0.5, 1.0])
     x = table.points[:, 0]
     np.testing.assert_allclose(table.values @ nodes**2, x**2, atol=1e-15)
     np.testing.assert_allclose(table.gradients[:, :, 0] @ nodes**2, 2 * x, atol=1e-14)

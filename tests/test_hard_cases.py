@@ -118,7 +118,7 @@ def test_bad_tools_are_refused(changes: dict, field: str) -> None:
 def test_tool_moves_along_its_path() -> None:
     tool = FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.5)))
     np.testing.assert_allclose(tool.moved(0.25, 0.75), [0, -0.5])
-    assert tool.offset(tool.moved(0.0, 1.0)) == pytest.approx(0.0)
+    assert tool.face.offset(tool.moved(0.0, 1.0)) == pytest.approx(0.0)
 
 
 def test_mu_of_a_node_holds_there_only() -> None:

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,12 @@ from bipot import (
     Schedule,
     Tabulated,
     block,
+    brick,
     cylinder,
+    cylinder_3d,
     march,
     ring,
+    ring_3d,
     upsetting,
 )
 from bipot.basics import machine
@@ -58,6 +62,39 @@ def test_a_mesh_that_memory_has_no_room_for_is_refused_by_name(make, element):
         make(HUGE, HUGE, element)
     with pytest.raises(SceneError, match=r"n_[yz] = 1000000000000"):
         make(1, np.int64(10**12), element)
+
+
+BODIES = {
+    "upsetting": (partial(upsetting, mu=0.1), {"height": 10.0, "diameter": 10.0}),
+    "cylinder": (partial(cylinder, n_r=1, n_z=1), {"radius": 1.0, "height": 1.0}),
+    "block": (partial(block, n_x=1, n_y=1), {"width": 1.0, "height": 1.0}),
+    "brick": (partial(brick, n_x=1, n_y=1, n_z=1), {"width": 1.0, "depth": 1.0, "height": 1.0}),
+    "cylinder_3d": (partial(cylinder_3d, n_square=1, n_r=1, n_z=1), {"radius": 1.0, "height": 1.0}),
+}
+RINGS = {"ring": partial(ring, n_r=1, n_z=1), "ring_3d": partial(ring_3d, n_around=1, n_r=1, n_z=1)}
+
+
+@pytest.mark.parametrize(("make", "sides"), BODIES.values(), ids=BODIES)
+def test_a_side_beyond_all_others_is_refused_by_name(make, sides):
+    """A height of 2^63 once gave a mesh whose Jacobians were not positive, and the message told that."""
+    for field, length in sides.items():
+        other = next(name for name in sides if name != field)
+        with pytest.raises(SceneError, match=rf"^{field} = 9.22\S*e\+18: must be at most 1e\+06 times"):
+            make(**sides | {field: 2**63})
+        with pytest.raises(SceneError, match=rf"^{other} = .*: must be at most 1e\+06 times {field} = "):
+            make(**sides | {field: 0.99e-6 * length})
+        with pytest.raises(SceneError, match=rf"^{field} = 1e-41: must be of a magnitude from 1e-40 to 1e\+40"):
+            make(**sides | {field: 1e-41})
+        make(**sides | {field: 1e6 * length})
+        make(**sides | {field: np.float32(length)})
+
+
+@pytest.mark.parametrize("make", RINGS.values(), ids=RINGS)
+def test_a_ring_much_wider_or_higher_than_its_other_side_is_refused_by_name(make):
+    with pytest.raises(SceneError, match=r"^outer - inner = .*: must be at most 1e\+06 times height = 1$"):
+        make(inner=1.0, outer=2**63, height=1.0)
+    with pytest.raises(SceneError, match=r"^height = 9.22\S*e\+18: must be at most 1e\+06 times outer - inner"):
+        make(inner=1.0, outer=2.0, height=2**63)
 
 
 @pytest.mark.parametrize("count", [10**13, 10**18, np.int64(2**62), MANY, -MANY, 10**30], ids=len_of)

@@ -6,8 +6,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bipot import marching
 from bipot.certificate import Bounds
+from bipot.control import attempting
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.forms import FormName
 from bipot.increment import Limits
@@ -127,7 +127,7 @@ def test_an_increment_that_never_succeeds_ends_where_a_pseudo_time_has_no_more_d
         assert len(ends) < 120
         raise NotConverged("never")
 
-    monkeypatch.setattr(marching, "solve_increment", fails)
+    monkeypatch.setattr(attempting, "solve_increment", fails)
     with pytest.raises(IncrementFailed, match="never"):
         next(march(scene, schedule, Control(DIRECT, (), cuts=50), replace(begun, size=1e-7, uncut=1e-7)))
     tried = list(dict.fromkeys(ends))

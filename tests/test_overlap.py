@@ -75,7 +75,7 @@ def test_the_extremum_is_that_of_a_fine_sampling_of_any_edge():
         scene = replace(under(0.0, -1.0), tools=(tool,))
         nodes = scene.mesh.nodes + 0.5 * rng.standard_normal(scene.mesh.nodes.shape)
         points = curved(nodes, scene.mesh.boundary("top"), 2000).reshape(-1, 2)
-        sampled = max(0.0, float((tool.offset(tool.moved(0.0, 0.3)) - points @ np.array(tool.normal)).max()))
+        sampled = max(0.0, float((tool.face.offset(tool.moved(0.0, 0.3)) - points @ np.array(tool.normal)).max()))
         found = 4 * overlap(scene, nodes, scene.travel(0.0, 0.3))
         assert sampled <= found + 1e-12
         assert found == pytest.approx(sampled, rel=1e-5, abs=1e-6)
@@ -110,8 +110,8 @@ def test_an_edge_that_passes_through_the_punch_between_its_nodes_is_seen():
     found = [(overlap(scene, a.state.nodes, scene.travel(0.0, a.state.tau)), a) for a in run]
     deepest, at = max(found, key=lambda pair: pair[0])
     edges = scene.mesh.edges("top", "side")
-    height = curved(at.state.nodes, edges, 1000)[..., 1]
-    sampled = float(height.max() + scene.tools[0].offset(scene.tools[0].moved(0.0, at.state.tau))) / scene.mesh.size
+    height, tool = curved(at.state.nodes, edges, 1000)[..., 1], scene.tools[0]
+    sampled = float(height.max() + tool.face.offset(tool.moved(0.0, at.state.tau))) / scene.mesh.size
     assert at.solved.certificate.penetration < 1e-9
     assert sampled > 1e-5
     assert deepest == pytest.approx(sampled, rel=1e-4)

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from tests import pages
 from tests.pages import DOCS, PAGES, REFERENCE, ROOT, blocks, printed, written
 
 
@@ -33,6 +34,16 @@ def test_what_a_block_prints_is_put_below_it_in_the_place_of_what_was_there():
     right = page.replace("\n2\n", "\n1\n")
     assert written(page, ["1\n", ""]) == right
     assert [block.printed for block in blocks(right)] == ["1\n", ""]
+
+
+@pytest.mark.parametrize("page", ["nope", "nope.md", "docs", "Makefile"])
+def test_a_page_that_is_none_is_refused_in_a_sentence_before_any_is_written(page, monkeypatch):
+    """It once ended in the traceback of a file that is not there."""
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setattr(pages, "printed", lambda *_: pytest.fail("a page was run"))
+    monkeypatch.setattr(sys, "argv", ["tests.pages", str(PAGES[0]), page])
+    with pytest.raises(SystemExit, match=rf"^tests\.pages: PAGE = '{page}': must be a Markdown file, e\.g\. docs/"):
+        pages.main()
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bipot.conic.problem import Outcome
+from bipot.conic.problem import Claim
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import IncrementFailed, ProgramError, SceneError
@@ -83,7 +83,7 @@ def test_newton_finds_the_minimum_from_anywhere(d, seed):
     rng = np.random.default_rng(seed + 2)
     ends = [newton(psi, 10 * rng.normal(size=len(psi.f))) for _ in range(3)]
     for end in ends:
-        assert end.outcome is Outcome.SOLVED
+        assert end.outcome is Claim.SOLVED
         np.testing.assert_allclose(end.x, ends[0].x, atol=1e-8)
     x = ends[0].x
     assert np.abs(psi.gradient(x)).max() < 1e-8
@@ -134,7 +134,7 @@ def test_an_interior_point_that_cannot_do_what_is_asked_does_what_it_can():
     psi = program(3, 3)
     x = newton(psi, np.zeros(len(psi.f))).x
     found = fictitious(psi, (Accuracy(1e-12, iterations=3), Accuracy(1e-10)))
-    assert found.outcome is Outcome.SOLVED
+    assert found.outcome is Claim.SOLVED
     np.testing.assert_allclose(found.x, x, atol=1e-4)
     with pytest.raises(ProgramError, match="stopped with"):
         fictitious(psi, (Accuracy(1e-12, iterations=3),))

@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from bipot.conic.file import FileError
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Rows, Timing
 from bipot.conic.stored import load
 from tests.corpus import archives, flips, whole
 from tests.corpus.case import damaged
@@ -24,7 +24,7 @@ def valid(tmp_path_factory):
     rows = Rows("gap", Cone.NONNEGATIVE, sp.csr_matrix([[1.0, 0.0]]), np.array([-2.0]))
     program = ConicProgram(sp.csc_matrix(np.eye(2)), -np.ones(2), (rows,), {"x": slice(0, 2)})
     dual = {"gap": np.array([[1.0]])}
-    program.save(path, ConicSolution(program, np.array([2.0, 1.0]), dual, Outcome.SOLVED, 3, Timing()))
+    program.save(path, ConicSolution(program, np.array([2.0, 1.0]), dual, Claim.SOLVED, 3, Timing()))
     return path
 
 

@@ -185,7 +185,7 @@ def changed(tmp_path, **changes):
         ({"stops": np.array([5, 10**6])}, "do not fit together: stops"),
         ({"A_indices": np.array([10**6])}, "do not fit together"),
         ({"x": np.zeros(3)}, "do not fit together: x"),
-        ({"outcome": np.array(["perfect"])}, "'perfect' is not a valid Outcome"),
+        ({"outcome": np.array(["perfect"])}, "'perfect' is not a valid Claim"),
         ({"optimum": np.array([0.0])}, "its answer has optimum"),
         ({"residuals": np.array([0.0, 0.0, 0.0, 1.0])}, "its answer has residuals"),
     ],

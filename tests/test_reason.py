@@ -8,6 +8,7 @@ import pytest
 
 from bipot.conic.solver import Accuracy
 from bipot.control import carrying
+from bipot.control.attempting import attempt_increment
 from bipot.control.dissipated import Dissipated
 from bipot.control.landing import Locate
 from bipot.control.reason import Reason, ReasonKind
@@ -15,7 +16,7 @@ from bipot.errors import InfeasibleProgram, InvertedElement, NotConverged, Progr
 from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
-from bipot.marching import Control, Schedule, attempt_increment, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene.scene import upsetting
 from bipot.scene.supports import Prescribed
 from tests.courses import HELD

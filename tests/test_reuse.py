@@ -10,17 +10,18 @@ import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
 from bipot.certificate import Bounds
-from bipot.conic.clarabel import Clarabel, clarabel, solve
+from bipot.conic.clarabel import Clarabel, clarabel, solve_once
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
+from bipot.control.attempting import attempt_increment
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.forms.answers import tangent_program
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
-from bipot.marching import Control, Schedule, attempt_increment, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.programs import condensation
@@ -94,7 +95,7 @@ def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, 
         assert conic.cost(updated.x) == pytest.approx(least_cost(program.statement()), rel=1e-8)
         assert relative(updated.block(Block.DISPLACEMENT), stated.block(Block.DISPLACEMENT)) < accuracy
         assert relative(*(program.contact.contact_forces(answer) for answer in (updated, stated))) < accuracy
-        assert relative(updated.x, solve(conic, TIGHT).x) < accuracy
+        assert relative(updated.x, solve_once(conic, TIGHT).x) < accuracy
 
 
 @pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
@@ -117,7 +118,7 @@ def test_a_pattern_is_set_up_once_and_a_new_one_anew():
     assert Clarabel("faer").solve(program.conic(), TIGHT, first)[1] is not first
     tangent = posed(0.3).tangent.conic()
     answer, _ = Clarabel().solve(tangent, TIGHT, first)
-    np.testing.assert_array_equal(answer.x, solve(tangent, TIGHT).x)
+    np.testing.assert_array_equal(answer.x, solve_once(tangent, TIGHT).x)
 
 
 @pytest.mark.parametrize("status", ["AlmostSolved", "NumericalError"])
@@ -138,7 +139,7 @@ def test_matrices_that_are_the_same_objects_are_not_sent_again():
     last = None
     for given in (program, replace(program, q=0.9 * program.q), other, program):
         answer, last = Clarabel().solve(given, TIGHT, last)
-        np.testing.assert_allclose(answer.x, solve(given, TIGHT).x, atol=1e-6 * np.abs(answer.x).max())
+        np.testing.assert_allclose(answer.x, solve_once(given, TIGHT).x, atol=1e-6 * np.abs(answer.x).max())
 
 
 def test_a_solve_that_was_lost_is_booked_as_a_solve(monkeypatch):
@@ -175,7 +176,7 @@ def test_newton_keeps_nothing_of_another_attempt_from_the_same_state():
 
 def test_plastic_strain_as_the_variable_is_the_same_program():
     program = posed(0.3).dissipation
-    ours, other = solve(program.conic(), TIGHT), solve(with_plastic_variable(program), TIGHT)
+    ours, other = solve_once(program.conic(), TIGHT), solve_once(with_plastic_variable(program), TIGHT)
     assert relative(program.contact.contact_forces(other), program.contact.contact_forces(ours)) < 1e-7
     plastic = other.block(Block.ELASTIC_DEVIATOR)
     assert relative(plastic, program.plastic_strain(ours).ravel()) < 1e-5

@@ -87,5 +87,5 @@ def test_a_scene_without_supports_holds_nothing():
 
 
 def test_tool_offset_follows_its_travel():
-    assert tool().offset(tool().moved(0.0, 0.0)) == pytest.approx(-1.0)
-    assert tool().offset(tool().moved(0.0, 1.0)) == pytest.approx(-0.9)
+    assert tool().face.offset(tool().moved(0.0, 0.0)) == pytest.approx(-1.0)
+    assert tool().face.offset(tool().moved(0.0, 1.0)) == pytest.approx(-0.9)

@@ -60,7 +60,7 @@ def test_every_component_goes_its_own_way():
     np.testing.assert_allclose(made.moved(0.0, 0.25), [0.0, -2.0])
     np.testing.assert_allclose(made.moved(0.25, 0.375), [1.5, 0.0])
     np.testing.assert_allclose(made.moved(0.5, 1.0), [-1.5, 1.0])
-    np.testing.assert_allclose(made.offset(made.moved(0.0, 0.25)), -1.0 + 2.0)
+    np.testing.assert_allclose(made.face.offset(made.moved(0.0, 0.25)), -1.0 + 2.0)
     assert pickle.loads(pickle.dumps(made)) == made
     assert hash(made.path) == hash(replace(made).path)
 

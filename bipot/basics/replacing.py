@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
-from bipot.errors import BipotError
-
-Refusal = Callable[[str], BipotError]
-"""Makes the error of a message."""
+from bipot.errors import Refusal
 
 
 @contextmanager

@@ -28,7 +28,7 @@ from scipy.linalg import null_space
 from bipot.basics.definite import definite
 from bipot.checks.examined import Examined
 from bipot.checks.opening import openable
-from bipot.conic.clarabel import solve
+from bipot.conic.clarabel import solve_once
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries, touches
@@ -36,7 +36,7 @@ from bipot.iterate import Iterate
 from bipot.laws.projections import unit
 from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints, einsum
+from bipot.typing import Bools, Floats, Ints, einsum, max_abs
 
 STICKS = 1e-8
 """A contact sticks if it is this far inside its cone, over the largest force."""
@@ -77,7 +77,7 @@ class Active:
     def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
         """By force, gap and slip; forces r (c, d) up to ``noise`` count as none."""
         rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.size
-        largest = float(np.abs(r).max(initial=0.0))
+        largest = max_abs(r)
         closed = rows.tied | carries(r, noise) | touches(motion[:, 0], size)
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - max(STICKS * largest, noise))
         slip = norm(motion[:, 1:])
@@ -125,7 +125,7 @@ def _noise(examined: Examined) -> float:
     Where contacts have opened, forms may leave such a remainder on all of them, which holds nothing.
     """
     start = examined.increment.start.forces
-    present = max(float(np.abs(forces).max(initial=0.0)) for forces in (examined.r, start))
+    present = max(max_abs(forces) for forces in (examined.r, start))
     return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
 
 
@@ -186,7 +186,7 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     held = rows_of(rows.G_t, _slips(rows, active.sticking))
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
     K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
-    stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
+    stiff = STIFF * max_abs(K.diagonal())
     return not definite(sp.csc_matrix(K + stiff * (stopped.T @ stopped)))
 
 
@@ -217,7 +217,7 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
         blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
     )
     # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
-    return x + N @ (unit * solve(program, TIGHT).x)
+    return x + N @ (unit * solve_once(program, TIGHT).x)
 
 
 def _rigid(iterate: Iterate) -> Floats:

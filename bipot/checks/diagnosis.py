@@ -24,7 +24,7 @@ from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.poses import crossed, pose_size
 from bipot.tools.tool import Tool
-from bipot.typing import Floats, vdot
+from bipot.typing import Floats, max_abs, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
 """How far a tool is followed, over sizes and gaps, in so many steps, and what is touched, over the size."""
@@ -125,7 +125,7 @@ def _goes_past(tool: Tool, places: Floats, pose: Floats, size: float) -> bool:
     assert tool.driven_by is not None
     way, gone = np.append(tool.driven_by.direction, np.zeros(len(pose) - places.shape[1])), 0.0
     gap = tool.distance(places, pose)
-    far = FAR * (size + float(np.abs(gap).max(initial=0.0)))
+    far = FAR * (size + max_abs(gap))
     for _ in range(STEPS):
         least = float(gap.min(initial=np.inf))
         if least <= AIR * size:

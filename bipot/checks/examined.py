@@ -21,7 +21,7 @@ from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, 
 from bipot.iterate import Increment, Iterate
 from bipot.response import Response
 from bipot.tensors import norm
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 FAINT = 0.1
 """Round-off below this fraction of a bound does not matter for it."""
@@ -79,7 +79,7 @@ class Examined:
             residual=norm(space.spread(residual)),
             force=force,
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
-            + EPS * (float(np.abs(loads).max()) + self._present),
+            + EPS * (max_abs(loads) + self._present),
             tool_residual=space.beside(residual),
             tool_force=self._tool_force,
         )
@@ -104,7 +104,7 @@ class Examined:
     @cached_property
     def _present(self) -> float:
         """The largest contact force."""
-        return float(np.abs(self.r).max(initial=0.0))
+        return max_abs(self.r)
 
     @cached_property
     def _moved(self) -> float:
@@ -124,7 +124,7 @@ class Examined:
             tied=rows.tied,
             stiffness=self.increment.system.rigidity.contact,
             largest=max(self.largest, present),
-            present=max(present, float(np.abs(self.response.state.forces).max(initial=0.0))),
+            present=max(present, max_abs(self.response.state.forces)),
             # A far candidate's gap is never small: what it is rounded to does not matter.
             blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
             inside=self.increment.inside,

@@ -78,7 +78,7 @@ class Archive:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Archive]:
+def opened_archive(path: Path) -> Iterator[Archive]:
     """The archive of a path, after a check that its directory is small."""
     # A pipe or a device would be waited for, or read without end.
     _require(path.is_file(), "it is no regular file" if path.exists() else "there is none")

@@ -15,7 +15,7 @@ import clarabel as _clarabel
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing, stacked
+from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Rows, Timing, stacked
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError, require, require_type
 from bipot.typing import Floats, Ints, make_floats
@@ -23,7 +23,7 @@ from bipot.typing import Floats, Ints, make_floats
 # The extension module carries no annotations.
 clarabel: Any = _clarabel
 
-CLAIMS = {clarabel.SolverStatus.Solved: Outcome.SOLVED, clarabel.SolverStatus.AlmostSolved: Outcome.ALMOST}
+CLAIMS = {clarabel.SolverStatus.Solved: Claim.SOLVED, clarabel.SolverStatus.AlmostSolved: Claim.ALMOST}
 INFEASIBLE = (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.AlmostPrimalInfeasible)
 UNBOUNDED = (clarabel.SolverStatus.DualInfeasible, clarabel.SolverStatus.AlmostDualInfeasible)
 METHODS = ("auto", "qdldl", "faer")
@@ -65,7 +65,7 @@ class Clarabel:
             except ProgramError:
                 pass
             else:
-                if answer.outcome is Outcome.SOLVED:
+                if answer.outcome is Claim.SOLVED:
                     return answer, ready
             failed = time.perf_counter()
             lost, started = Timing(build=sent - started, solve=failed - sent), failed
@@ -153,7 +153,7 @@ def transfer(
     return Transferred.of(program, accuracy, solver)
 
 
-def solve(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
+def solve_once(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
     """Solve a single program; errors as of :meth:`Clarabel.solve`."""
     return Clarabel().solve(program, accuracy)[0]
 

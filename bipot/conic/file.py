@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.basics.replacing import replace
-from bipot.conic.archive import Archive, opened
+from bipot.conic.archive import Archive, opened_archive
 from bipot.errors import BipotError
 
 Arrays = Mapping[str, NDArray[Any]]
@@ -37,7 +37,7 @@ def write(path: str | Path, kind: str, arrays: Arrays) -> None:
     replace(path, content.getbuffer(), FileError)
 
 
-def read(
+def read_vectors(
     path: str | Path,
     kind: str,
     fields: Mapping[str, str],
@@ -53,7 +53,7 @@ def read(
         FileError: no such file, another kind of file, a vector that is missing, of another type or not finite.
     """
     try:
-        with opened(Path(path)) as archive:
+        with opened_archive(Path(path)) as archive:
             found = _read(path, archive, kind, fields, together, lengths)
     except BipotError:
         raise

@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.conic.file import Arrays, compressed, write
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints, max_abs
 
 KIND = "bipot conic program 1"
 """The declared kind of a file of :meth:`ConicProgram.save`."""
@@ -41,7 +41,7 @@ class Cone(Enum):
 
 
 @dataclass
-class Layout:
+class Variables:
     """The named blocks of a program's variables, in the order in which they are added."""
 
     blocks: dict[str, slice] = field(default_factory=dict)
@@ -54,7 +54,7 @@ class Layout:
         return start
 
 
-class Outcome(Enum):
+class Claim(Enum):
     """The solver's claim. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
 
     SOLVED = "solved"
@@ -152,7 +152,7 @@ class ConicSolution:
     program: ConicProgram
     x: Floats
     dual: Mapping[str, Floats]
-    outcome: Outcome
+    outcome: Claim
     iterations: int
     timing: Timing
 
@@ -165,7 +165,7 @@ class ConicSolution:
         stationarity = self.program.P @ self.x + self.program.q
         for rows in self.program.rows:
             stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
-        return float(np.abs(stationarity).max(initial=0.0))
+        return max_abs(stationarity)
 
     def primal_residual(self) -> float:
         """Largest distance of a row block from its cone (componentwise excess)."""
@@ -183,10 +183,10 @@ class ConicSolution:
     def residuals(self) -> Floats:
         """The four measures above, each over the size of the terms whose difference it is."""
         x, P, q = self.x, self.program.P, self.program.q
-        balanced = max(float(np.abs(part).max(initial=0.0)) for part in (q, P @ x))
-        offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
+        balanced = max(max_abs(part) for part in (q, P @ x))
+        offset = max((max_abs(r.b) for r in self.program.rows), default=0.0)
         terms = abs(float(x @ (P @ x))) + abs(float(q @ x))
-        force = max((float(np.abs(z).max(initial=0.0)) for z in self.dual.values()), default=0.0)
+        force = max((max_abs(z) for z in self.dual.values()), default=0.0)
         sizes = np.array([balanced, offset, terms, force])
         found = np.array([self.dual_residual(), self.primal_residual(), self.duality_gap(), self.dual_violation()])
         return found / np.where(sizes > 0, sizes, 1.0)
@@ -213,6 +213,16 @@ def _excess(rows: Rows, value: Floats) -> float:
     if rows.count == 0:
         return 0.0
     if rows.cone is Cone.ZERO:
-        return float(np.abs(value).max())
+        return max_abs(value)
     inside = value[:, 0] - np.linalg.norm(value[:, 1:], axis=1)
     return float(np.maximum(-inside, 0).max())
+
+
+def picking(variables: Ints, count: int) -> sp.csr_matrix:
+    """The rows (m, count) that pick ``variables`` (m,) from so many.
+
+    >>> picking(np.array([2]), 3).toarray().tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    m = len(variables)
+    return sp.csr_matrix((np.ones(m), variables, np.arange(m + 1)), shape=(m, count))

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing, stacked
+from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Timing, stacked
 from bipot.conic.solver import Accuracy, unsolved
 from bipot.errors import require
 from bipot.typing import Floats
 
-CLAIMS = {"QOCO_SOLVED": Outcome.SOLVED, "QOCO_SOLVED_INACCURATE": Outcome.ALMOST}
+CLAIMS = {"QOCO_SOLVED": Claim.SOLVED, "QOCO_SOLVED_INACCURATE": Claim.ALMOST}
 ORDER = (Cone.ZERO, Cone.NONNEGATIVE, Cone.SECOND_ORDER)
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.file import Arrays, FileError, by_columns, by_rows, read
-from bipot.conic.problem import KIND, Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+from bipot.conic.file import Arrays, FileError, by_columns, by_rows, read_vectors
+from bipot.conic.problem import KIND, Claim, Cone, ConicProgram, ConicSolution, Rows, Timing
 
 FIELDS = {
     **dict.fromkeys(("P_data", "A_data", "q", "b"), "f"),
@@ -37,7 +37,7 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
         FileError: the file was not written by :meth:`ConicProgram.save`, or the recomputed optimum and residuals of its
             answer are not the stored ones.
     """
-    found = read(path, KIND, FIELDS, ANSWER, LENGTHS)
+    found = read_vectors(path, KIND, FIELDS, ANSWER, LENGTHS)
     try:
         program = _program(found)
         if "x" not in found:
@@ -86,7 +86,7 @@ def _answer(program: ConicProgram, found: Arrays) -> ConicSolution:
     _require(len(x) == len(program.q), "x", x)
     _require(len(z) == len(found["b"]), "z", z)
     (outcome,), (iterations,) = found["outcome"].tolist(), found["iterations"].tolist()
-    return ConicSolution(program, x, program.split(z), Outcome(outcome), iterations, Timing(*seconds.tolist()))
+    return ConicSolution(program, x, program.split(z), Claim(outcome), iterations, Timing(*seconds.tolist()))
 
 
 def _require(fits: bool | np.bool_, name: str, value: object) -> None:

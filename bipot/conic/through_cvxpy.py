@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bipot.basics.undisturbed import undisturbed
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
+from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError, require, require_type
 from bipot.typing import Floats
@@ -151,7 +151,7 @@ def written(program: ConicProgram) -> Stated:
     return Stated(problem, {name: x[part] for name, part in program.blocks.items()}, constraints)
 
 
-def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> tuple[Outcome, int, Timing]:
+def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> tuple[Claim, int, Timing]:
     """Solve through cvxpy; values and duals are then in the statement's variables.
 
     Raises:
@@ -178,6 +178,6 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
         raise unbounded()
     if status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise unsolved(status)
-    outcome = Outcome.SOLVED if status == cp.OPTIMAL else Outcome.ALMOST
+    outcome = Claim.SOLVED if status == cp.OPTIMAL else Claim.ALMOST
     solved = float(stats.solve_time or 0.0)
     return outcome, int(stats.num_iters or 0), Timing(total - solved, solved)

@@ -95,13 +95,13 @@ def tool_edges(mesh: Mesh, tool: Tool) -> Ints:
 
 def least_gap(tool: Tool, edges: Floats, pose: Floats) -> Floats:
     """Least gaps (f,) along ``edges`` (f, n, d) to the tool in the ``pose`` (p,)."""
-    return least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
+    return _least_on_parabolas(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
 
 
-def least(gap: Floats) -> Floats:
+def _least_on_parabolas(gap: Floats) -> Floats:
     """Least values (f,) on 0 <= s <= 1 of the parabolas through ``gap`` (f, 3) at s = 0, 1/2, 1, or lines (f, 2).
 
-    >>> least(np.array([[1.0, -0.5, 1.0], [0.0, 0.75, 2.0]])).tolist()
+    >>> _least_on_parabolas(np.array([[1.0, -0.5, 1.0], [0.0, 0.75, 2.0]])).tolist()
     [-0.5, 0.0]
     """
     if gap.shape[1] == 2:

@@ -15,7 +15,7 @@ from bipot.programs.data import Units
 from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import share, whole_force
-from bipot.traction import Traction, traction
+from bipot.traction import ContactTraction, traction
 from bipot.typing import Floats
 
 
@@ -70,7 +70,7 @@ class Accepted:
         return "; ".join(map(str, self.reasons))
 
     @property
-    def traction(self) -> Traction:
+    def traction(self) -> ContactTraction:
         """Recovered tractions and status of all candidates, on the configuration of equilibrium."""
         return traction(self.solved.iterate, self.solved.r)
 

@@ -90,7 +90,7 @@ starting near a solution with other flow; for ``leave`` see :func:`bipot.increme
 
 
 @dataclass(frozen=True)
-class Carried:
+class CarriedFlow:
     """The flow carried on: the last one times a(``ratio``) at the points ``on`` (e, q).
 
     ``wrong`` counts earlier ratios that the material did not confirm; ``found`` says that the ratio was measured on a
@@ -104,13 +104,13 @@ class Carried:
     found: bool = False
 
     @staticmethod
-    def guess(increment: Increment) -> Carried | None:
+    def guess(increment: Increment) -> CarriedFlow | None:
         """The guess by the lengths in pseudo-time of the increment and the last one; None without a last flow."""
         state = increment.start
         if state.flow is None or not state.length > 0:
             return None
         ratio = (increment.tau - state.tau) / state.length
-        return Carried(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
+        return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @property
     def fraction(self) -> Floats:
@@ -122,7 +122,7 @@ class Carried:
         excess = fraction(self.ratio) - fraction(ratio)
         return excess > TOO_MUCH * ratio or -excess > TOO_LITTLE * ratio
 
-    def after(self, flowed: Flowed) -> Carried:
+    def after(self, flowed: Flowed) -> CarriedFlow:
         """What to carry instead if the flow was different; itself if it was not."""
         if self.is_wrong(flowed.overall):
             return replace(self, ratio=flowed.overall, wrong=self.wrong + 1)
@@ -130,7 +130,7 @@ class Carried:
             return replace(self, ratio=flowed.ratio, on=self.on & ~flowed.stopped)
         return self
 
-    def found_by(self, system: System, euler: Solved) -> Carried | None:
+    def found_by(self, system: System, euler: Solved) -> CarriedFlow | None:
         """What to carry according to a solution by backward Euler; None if that solution stands."""
         none = replace(self, ratio=0.0)
         ratio = Flowed.of(system, none, euler).overall
@@ -151,7 +151,7 @@ class Flowed:
     overall: float
 
     @staticmethod
-    def of(system: System, carried: Carried, near: Near) -> Flowed:
+    def of(system: System, carried: CarriedFlow, near: Near) -> Flowed:
         """Measured at or ``near`` the solution of the increment with the flow ``carried``."""
         response, a = near.response, carried.fraction
         own, weight = response.returned.plastic_strain, response.kinematics.volume
@@ -183,7 +183,7 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None
     near: Near | None = None
-    carried = Carried.guess(increment) if second else None
+    carried = CarriedFlow.guess(increment) if second else None
     # Rates are others after a kink, and a body that turns round goes on elastically: the last flow misleads there.
     unknown = system.is_kink(state.tau)
     while carried is not None and carried.fraction.any() and why is None:
@@ -217,7 +217,7 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
     return _joined([*tried, _without(state, solve, refused, near)])
 
 
-def _turned(system: System, carried: Carried, near: Near, error: float) -> bool:
+def _turned(system: System, carried: CarriedFlow, near: Near, error: float) -> bool:
     """Whether it is clear ``near`` a solution that the flow does not continue as ``carried``.
 
     Carrying no flow at all is decided on solutions only.
@@ -230,13 +230,13 @@ def _turned(system: System, carried: Carried, near: Near, error: float) -> bool:
     return after is not carried and after.wrong <= RATIOS and not (early and carried.is_wrong(flowed.overall))
 
 
-def _is_clear(system: System, carried: Carried, near: Near, margin: float) -> bool:
+def _is_clear(system: System, carried: CarriedFlow, near: Near, margin: float) -> bool:
     """Whether points stop, and each that carries flow is farther than the ``margin`` from beginning or ceasing to."""
     short = _short(system, carried, near)[carried.on]
     return bool((short > 0).any() and (np.abs(short) > margin).all())
 
 
-def _short(system: System, carried: Carried, near: Near) -> Floats:
+def _short(system: System, carried: CarriedFlow, near: Near) -> Floats:
     """How far the flow (e, q) is short of what goes on, over the last one; negative where it goes on.
 
     It is - de_p : de_p0 / |de_p0|^2 where a point flows, and (sigma_Y - sigma_eq)/(3 G) over the equivalent strain of

@@ -12,7 +12,7 @@ from bipot.errors import require, require_count, require_number, require_type
 from bipot.forms.memory import Paced
 from bipot.increment import Solved, advance
 from bipot.response import State
-from bipot.typing import Bools, as_array, read_only
+from bipot.typing import Bools, as_array, max_abs, read_only
 
 SHORTEST = 1e-20
 """Length in pseudo-time far below round-off, so that rates are finite."""
@@ -53,7 +53,7 @@ class Course:
         for part in fields(self.energies):
             _require_finite(getattr(self.energies, part.name), f"course.energies.{part.name}")
         _require_finite(self.largest, "course.largest")
-        own = largest_force(self.state)
+        own = _largest_force(self.state)
         allowed = f"at least {own:g}, the largest contact force of course.state"
         require(not self.largest < own, "course.largest", self.largest, allowed)
         for name in ("size", "uncut", "proposed"):
@@ -69,7 +69,7 @@ class Course:
     def of(state: State) -> Course:
         """The course of a march that begins at ``state``."""
         none, nowhere = np.zeros(len(state.gap), dtype=np.bool_), Paced.unknown(state)
-        return Course(state, 0, Energies(), largest_force(state), math.nan, math.nan, none, nowhere)
+        return Course(state, 0, Energies(), _largest_force(state), math.nan, math.nan, none, nowhere)
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
@@ -78,7 +78,7 @@ class Course:
             state=state,
             number=self.number + 1,
             energies=self.energies.after(start, state, solved),
-            largest=max(self.largest, largest_force(state)),
+            largest=max(self.largest, _largest_force(state)),
             size=math.nan,
             uncut=math.nan,
             landed=np.zeros_like(self.landed),
@@ -96,9 +96,9 @@ class Course:
         require(math.isnan(value) or SHORTEST <= value <= 1, field, value, f"NaN, or from {SHORTEST:g} to 1")
 
 
-def largest_force(state: State) -> float:
+def _largest_force(state: State) -> float:
     """The largest component of its contact forces."""
-    return float(np.abs(state.forces).max(initial=0.0))
+    return max_abs(state.forces)
 
 
 def _require_finite(value: object, field: str) -> None:

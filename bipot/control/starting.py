@@ -17,7 +17,7 @@ from bipot.laws.flow import Flow
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, max_abs
 
 PLACED = 1e-9
 """Distance (over the body size) of nodes from the positions given by supports and stored gaps: round-off."""
@@ -86,7 +86,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     _require_pressure(start, system)
     placed = scene.mesh.nodes + scene.driven(start.tau)
     holding = scene.holding
-    moved = float(np.abs(holding.axes.components(start.nodes - placed)[holding.held]).max(initial=0.0))
+    moved = max_abs(holding.axes.components(start.nodes - placed)[holding.held])
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
     contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
@@ -106,7 +106,7 @@ def _require_yielded(start: State, system: System) -> None:
     material = system.body.scene.material
     if not material.drifts:
         sigma_y = material.yield_stress(start.peeq)
-        largest = float(np.abs(start.stress).max(initial=0.0))
+        largest = max_abs(start.stress)
         require(largest <= LARGEST_STRESS, "start.stress", largest, f"at most {LARGEST_STRESS:g}")
         ratio = float((equivalent_stress(start.stress) / sigma_y).max())
         allowed = f"within the scene's yield stress, not at {ratio:.9g} of it: is it another material's?"
@@ -117,10 +117,10 @@ def _require_pressure(start: State, system: System) -> None:
     """Require a pressure in the span of the volume projection, on which forces rely (bipot.fem.projection)."""
     projection, pressure = system.body.projection, start.pressure
     if projection is not None:
-        off = float(np.abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure).max())
+        off = max_abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure)
         volume = system.body.scene.volume_change.name
         allowed = f"of a pressure of {volume} in each element, not {off:.3g} off: is it another scene's?"
-        require(off <= YIELDED * float(np.abs(start.stress).max()), "start.stress", "one", allowed)
+        require(off <= YIELDED * max_abs(start.stress), "start.stress", "one", allowed)
 
 
 def _require_balanced(start: State, system: System, tolerance: float) -> None:
@@ -155,7 +155,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
 
 def _size(space: Space, residual: Floats) -> float:
     """The largest nodal residual of unknowns (n,); of tools that are driven by the same scale, which is near enough."""
-    return max(float(norm(space.spread(residual)).max()), float(np.abs(space.beside(residual)).max(initial=0.0)))
+    return max(float(norm(space.spread(residual)).max()), max_abs(space.beside(residual)))
 
 
 def _require_like(given: ArrayLike, own: Floats | Bools, field: str) -> None:

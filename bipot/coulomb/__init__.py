@@ -7,8 +7,8 @@ answer.residual(), answer.bipotential_gap(), answer.reason
 
 from bipot.coulomb.acceleration import Anderson, Damped
 from bipot.coulomb.associated import AssociatedSolution, solve_associated
+from bipot.coulomb.chain import DEFAULT_CHAIN, Stage, solve
 from bipot.coulomb.conic import ConicSettings
-from bipot.coulomb.existence import Existence, ExistenceReport, existence
 from bipot.coulomb.fclib import FclibError, read_fclib, read_solution, reduced
 from bipot.coulomb.fclib_writing import write_fclib
 from bipot.coulomb.fixed_point import DeSaxceFixedPoint, TrescaFixedPoint
@@ -19,7 +19,7 @@ from bipot.coulomb.newton import LineSearch, Newton
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution, Outcome, natural_residual, residual, unit_free_residual
-from bipot.coulomb.solve import DEFAULT_CHAIN, Stage, solve
+from bipot.coulomb.solvability import Existence, ExistenceReport, existence
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.coulomb.uzawa import Uzawa
 

@@ -13,7 +13,7 @@ from bipot.typing import make_floats
 
 
 @dataclass(frozen=True, eq=False)
-class Memory:
+class Past:
     """Past points x and steps G(x) - x, oldest first, (k, n) each; ``trusted`` is the last step length
     accepted."""
 
@@ -26,7 +26,7 @@ class Memory:
 class Acceleration(Protocol):
     """From x and G(x) to the next x."""
 
-    def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
+    def advance(self, past: Past, x: FloatArray, image: FloatArray) -> tuple[Past, FloatArray]:
         """The memory with x and G(x) in it, and the next x; all (n,)."""
         ...
 
@@ -35,7 +35,7 @@ class Acceleration(Protocol):
 class Damped:
     """x <- (1 - w) x + w G(x); w = 1 is the plain fixed point.
 
-    >>> Damped(0.5).advance(Memory(), np.array([0.0]), np.array([2.0]))[1].tolist()
+    >>> Damped(0.5).advance(Past(), np.array([0.0]), np.array([2.0]))[1].tolist()
     [1.0]
     """
 
@@ -45,9 +45,9 @@ class Damped:
         make_floats(self, "weight")
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
 
-    def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
+    def advance(self, past: Past, x: FloatArray, image: FloatArray) -> tuple[Past, FloatArray]:
         """The damped point, without memory."""
-        return memory, x + self.weight * (image - x)
+        return past, x + self.weight * (image - x)
 
 
 @dataclass(frozen=True)
@@ -69,18 +69,18 @@ class Anderson:
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
         require(self.growth >= 1, "growth", self.growth, ">= 1")
 
-    def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
+    def advance(self, past: Past, x: FloatArray, image: FloatArray) -> tuple[Past, FloatArray]:
         """The mixed point, or the damped one after a step that the safeguard refuses."""
         step = image - x
         size = float(np.linalg.norm(step))
         damped = x + self.weight * step
-        if size > self.growth * memory.trusted:
-            return Memory((x,), (step,), size), damped
-        points = (*memory.points, x)[-self.depth - 1 :]
-        steps = (*memory.steps, step)[-self.depth - 1 :]
-        memory = Memory(points, steps, size)
+        if size > self.growth * past.trusted:
+            return Past((x,), (step,), size), damped
+        points = (*past.points, x)[-self.depth - 1 :]
+        steps = (*past.steps, step)[-self.depth - 1 :]
+        past = Past(points, steps, size)
         if len(points) < 2:
-            return memory, damped
+            return past, damped
         dX, dF = np.diff(np.array(points), axis=0).T, np.diff(np.array(steps), axis=0).T
         mix = np.linalg.lstsq(dF, step, rcond=1e-10)[0]
-        return memory, damped - (dX + self.weight * dF) @ mix
+        return past, damped - (dX + self.weight * dF) @ mix

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.coulomb.conic import ConicSettings, force_program, polish
+from bipot.coulomb.conic import ConicSettings, force_program, polished_force
 from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.functions import ConeMap
 from bipot.coulomb.problem import CoulombProblem
@@ -62,4 +62,4 @@ def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = N
     scaled = scale(problem)
     program = force_program(scaled, scaled.mu, settings)
     r = program.solve(scaled.q, np.zeros_like(scaled.mu))
-    return AssociatedSolution(problem, scaled.unscale(polish(scaled, ConeMap(), r, scaled.q, 10)))
+    return AssociatedSolution(problem, scaled.unscale(polished_force(scaled, ConeMap(), r, scaled.q, 10)))

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, picking
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
@@ -60,11 +60,6 @@ class ConicSettings:
         return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
 
 
-def _normal_rows(problem: ScaledProblem) -> sparse.csr_matrix:
-    dofs = np.arange(0, problem.size, problem.dim)
-    return sparse.csr_matrix((np.ones(dofs.size), (np.arange(dofs.size), dofs)), shape=(dofs.size, problem.size))
-
-
 def _cone_rows(problem: ScaledProblem, top: FloatArray) -> sparse.csr_matrix:
     """diag(top, 1 … 1) by contact: the rows whose cone is |r_t| <= top r_n (+ a radius)."""
     diagonal = np.ones((problem.mu.size, problem.dim))
@@ -99,7 +94,7 @@ class ForceProgram:
         program = replace(self.conic, q=linear, rows=(bare, replace(cones, b=b.ravel())))
         try:
             answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
-            if answer.outcome is not Outcome.SOLVED:
+            if answer.outcome is not Claim.SOLVED:
                 answer, _ = self.solver.solve(program, self.settings.accuracy(100))
         except UnboundedProgram as unbounded:
             raise InfeasibleProgram(
@@ -107,12 +102,14 @@ class ForceProgram:
             ) from unbounded
         except ProgramError:
             answer, _ = self.solver.solve(program, self.settings.accuracy(100))
-        if answer.outcome is not Outcome.SOLVED:
+        if answer.outcome is not Claim.SOLVED:
             raise ProgramError(f"almost solved at {100 * self.settings.tol:.0e}, which is not accepted")
         return answer.x
 
 
-def polish(problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int) -> FloatArray:
+def polished_force(
+    problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int
+) -> FloatArray:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
     Plain Newton comes first, which works for a regular W of any condition; then proximal Newton, with a first weight of
@@ -149,7 +146,7 @@ def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettin
     bare = np.flatnonzero(top == 0)
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     rows = (
-        Rows("normal", Cone.NONNEGATIVE, _normal_rows(problem)[bare], np.zeros(bare.size)),
+        Rows("normal", Cone.NONNEGATIVE, picking(problem.dim * bare, problem.size), np.zeros(bare.size)),
         Rows("cone", Cone.SECOND_ORDER, _cone_rows(problem, top), np.zeros(problem.size), problem.dim),
     )
     conic = ConicProgram(P, problem.q, rows, {"r": slice(0, problem.size)})

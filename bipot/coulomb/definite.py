@@ -10,6 +10,7 @@ from scipy import sparse
 
 from bipot.basics.definite import definite
 from bipot.tensors import FloatArray
+from bipot.typing import max_abs
 
 ROUGHLY = 1e-6
 """Matrices of files are symmetric and semidefinite to single precision, within this part of their largest entry."""
@@ -33,8 +34,8 @@ def asymmetry(matrix: sparse.csr_array) -> float:
     >>> asymmetry(sparse.csr_array([[1.0, 2.0], [4.0, 3.0]]))
     0.5
     """
-    largest = _largest(matrix)
-    return _largest(sparse.csr_array(matrix - matrix.T)) / largest if largest else 0.0
+    largest = max_abs(matrix.data)
+    return max_abs(sparse.csr_array(matrix - matrix.T).data) / largest if largest else 0.0
 
 
 def semidefinite(matrix: sparse.csr_array) -> bool:
@@ -44,9 +45,5 @@ def semidefinite(matrix: sparse.csr_array) -> bool:
     >>> semidefinite(ones), semidefinite(ones - sparse.eye_array(2))
     (True, False)
     """
-    shift = ROUGHLY * _largest(matrix)
+    shift = ROUGHLY * max_abs(matrix.data)
     return definite(sparse.csc_matrix(matrix + shift * sparse.eye_array(matrix.indptr.size - 1)))
-
-
-def _largest(matrix: sparse.csr_array) -> float:
-    return float(np.abs(matrix.data).max(initial=0.0))

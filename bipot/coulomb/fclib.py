@@ -36,7 +36,7 @@ class FclibError(BipotError):
     """A file that does not hold a frictional contact problem in the FCLIB layout."""
 
 
-class Form(StrEnum):
+class ProblemGroup(StrEnum):
     """Name of the group that holds the problem."""
 
     LOCAL = "fclib_local"
@@ -92,12 +92,12 @@ def _pointers(group: Checked, lines: int) -> NDArray[np.int32]:
     return p
 
 
-def _form(file: Checked) -> Form:
-    for form in Form:
+def _form(file: Checked) -> ProblemGroup:
+    for form in ProblemGroup:
         if form in file:
             return form
-    path = file.source.path
-    raise FclibError(f"{path} holds neither /{Form.LOCAL} nor /{Form.GLOBAL}: it is not an FCLIB problem")
+    neither = " nor ".join(f"/{form}" for form in ProblemGroup)
+    raise FclibError(f"{file.source.path} holds neither {neither}: it is not an FCLIB problem")
 
 
 def read_fclib(
@@ -127,7 +127,7 @@ def read_problem(path: str | Path, largest: int, newest: bool = True) -> Coulomb
         group = file.group(_form(file))
         dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
         try:
-            return (_local if group.name == f"/{Form.LOCAL}" else _global)(group, vectors, dim)
+            return (_local if group.name == f"/{ProblemGroup.LOCAL}" else _global)(group, vectors, dim)
         except SceneError as failure:
             raise FclibError(f"{path}: {group.name}: {failure}") from failure
 
@@ -176,7 +176,7 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
         if SOLUTION not in file:
             return {}
         group, vectors = file.group(SOLUTION), file.group(f"{form}/vectors")
-        local = form is Form.LOCAL
+        local = form is ProblemGroup.LOCAL
         lengths = solution_lengths(vectors.length("q" if local else "w"), None if local else vectors.length("f"))
         there = {name: length for name, length in lengths.items() if name in group and group.stored(name)}
         return {name: group.array(name, NUMBERS, (length,)) for name, length in there.items()}

@@ -11,8 +11,8 @@ import numpy as np
 from scipy import sparse
 
 from bipot.basics.replacing import replace
-from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, Form, Storage, solution_lengths
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
+from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, ProblemGroup, Storage, solution_lengths
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import require_path, require_type
 from bipot.tensors import FloatArray
 from bipot.typing import as_numbers
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     import h5py
 
 
-def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> None:
+def _write_matrix(parent: h5py.ProblemGroup, name: str, matrix: sparse.csr_array) -> None:
     group = parent.create_group(name)
     integers = {
         "nzmax": matrix.nnz,
         "m": matrix.indptr.size - 1,
-        "n": columns(matrix),
+        "n": column_count(matrix),
         "nz": int(Storage.ROWS),
     }
     most = max(integers.values())
@@ -41,7 +41,7 @@ def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> No
     group.create_dataset("x", data=matrix.data)
 
 
-def _write_info(parent: h5py.Group, title: str, description: str) -> None:
+def _write_info(parent: h5py.ProblemGroup, title: str, description: str) -> None:
     info = parent.create_group("info")
     for key, text in {"title": title, "description": description, "math_info": ""}.items():
         info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
@@ -86,7 +86,7 @@ def write_fclib(
     content = BytesIO()
     with h5py.File(content, "w") as file:
         local = isinstance(problem, CoulombProblem)
-        group = file.create_group(Form.LOCAL if local else Form.GLOBAL)
+        group = file.create_group(ProblemGroup.LOCAL if local else ProblemGroup.GLOBAL)
         group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
         _write_info(group, title, description)
         vectors = group.create_group("vectors")

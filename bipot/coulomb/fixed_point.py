@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 from scipy import sparse
 
-from bipot.coulomb.acceleration import Acceleration, Anderson, Memory
-from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polish
+from bipot.coulomb.acceleration import Acceleration, Anderson, Past
+from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polished_force
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require_type
@@ -22,7 +22,7 @@ class FixedPointState:
 
     r: FloatArray
     point: FloatArray
-    memory: Memory
+    memory: Past
     program: ForceProgram
     antisymmetric: sparse.csr_array
     stalled: str | None = None
@@ -47,7 +47,7 @@ class _FixedPoint:
 
     def _start(self, problem: ScaledProblem, r: FloatArray, top: FloatArray) -> FixedPointState:
         program = force_program(problem, top, self.settings)
-        return FixedPointState(r, r, Memory(), program, problem.antisymmetric_part())
+        return FixedPointState(r, r, Past(), program, problem.antisymmetric_part())
 
     def _pass(
         self,
@@ -62,7 +62,7 @@ class _FixedPoint:
         carried = state.antisymmetric @ state.point
         r = state.program.solve(problem.q + carried + shift, radius, state.point)
         # the polish takes the whole W: at the fixed point nothing is left to carry
-        r = polish(problem, law, r, problem.q + shift, self.settings.polish)
+        r = polished_force(problem, law, r, problem.q + shift, self.settings.polish)
         memory, point = self.acceleration.advance(state.memory, state.point, r)
         return replace(state, r=r, point=point, memory=memory)
 

@@ -17,7 +17,7 @@ from bipot.tensors import FloatArray
 from bipot.typing import make_floats
 
 
-class Linearised(NamedTuple):
+class Expansion(NamedTuple):
     """F (c, d) and one element of its generalised derivative, dF/du and dF/dr (c, d, d)."""
 
     value: FloatArray
@@ -33,18 +33,23 @@ class ContactFunction(Protocol):
         """F (c, d)."""
         ...
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
+    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives."""
         ...
 
 
+def _onto_disc(y: FloatArray, limit: FloatArray) -> FloatArray:
+    """(y_n)+ and P_B(limit)(y_t), (c, d)."""
+    return np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], limit)])
+
+
 def _disc_projection(y: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray, DiscSlope]:
-    """(y_n)+ and P_B(limit)(y_t), (c, d), its derivative (c, d, d) for fixed limit (c,), and that of P_B alone."""
+    """:func:`_onto_disc`, its derivative (c, d, d) for fixed limit (c,), and that of P_B alone."""
     slope = DiscSlope.at(y[:, 1:], limit)
     P = np.zeros((*y.shape, y.shape[1]))
     P[:, 0, 0] = y[:, 0] > 0
     P[:, 1:, 1:] = slope.by_point
-    return np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], limit)]), P, slope
+    return _onto_disc(y, limit), P, slope
 
 
 @dataclass(frozen=True)
@@ -64,16 +69,15 @@ class AlartCurnier:
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d)."""
         y = r - self.step * u
-        n = np.maximum(y[:, 0], 0.0)
-        return r - np.column_stack([n, project_disc(y[:, 1:], mu * n)])
+        return r - _onto_disc(y, mu * np.maximum(y[:, 0], 0.0))
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
+    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives; on a kink the open branch wins over the closed, stick over slip."""
         y = r - self.step * u
         limit = mu * np.maximum(y[:, 0], 0.0)
         projected, P, slope = _disc_projection(y, limit)
         P[:, 1:, 0] = (mu * (y[:, 0] > 0))[:, None] * slope.by_radius
-        return Linearised(r - projected, self.step * P, np.eye(r.shape[1]) - P)
+        return Expansion(r - projected, self.step * P, np.eye(r.shape[1]) - P)
 
 
 @dataclass(frozen=True)
@@ -90,13 +94,13 @@ class NaturalMap:
         """F (c, d)."""
         return coulomb.natural_map(r, u, mu, self.step)
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
+    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives; |u_t| has derivative 0 at u_t = 0."""
         y = r - self.step * coulomb.de_saxce_shift(u, mu)
         P, identity = cone_slope(y, mu), np.eye(r.shape[1])
         shift = np.broadcast_to(identity, P.shape).copy()
         shift[:, 0, 1:] = mu[:, None] * unit(u[:, 1:])
-        return Linearised(r - project_cone(y, mu), self.step * (P @ shift), identity - P)
+        return Expansion(r - project_cone(y, mu), self.step * (P @ shift), identity - P)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,10 +111,10 @@ class ConeMap:
         """F (c, d)."""
         return r - project_cone(r - u, mu)
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
+    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives."""
         P = cone_slope(r - u, mu)
-        return Linearised(self.value(r, u, mu), P, np.eye(r.shape[1]) - P)
+        return Expansion(self.value(r, u, mu), P, np.eye(r.shape[1]) - P)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +126,10 @@ class TrescaMap:
 
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d); mu is not used."""
-        y = r - u
-        return r - np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], self.threshold)])
+        return r - _onto_disc(r - u, self.threshold)
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
+    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives."""
         y = r - u
         projected, P, _ = _disc_projection(y, self.threshold)
-        return Linearised(r - projected, P, np.eye(r.shape[1]) - P)
+        return Expansion(r - projected, P, np.eye(r.shape[1]) - P)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bipot.coulomb.problem import columns
+from bipot.coulomb.problem import column_count
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require, require_count
 from bipot.laws import coulomb
@@ -46,7 +46,7 @@ class SweepState:
 def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
     """Which contacts are coupled by W: symmetric pattern (c, c), diagonal included."""
     i, j = W.nonzero()
-    c = columns(W) // dim
+    c = column_count(W) // dim
     pairs = np.unique(np.stack([np.r_[i, j], np.r_[j, i]]) // dim, axis=1)
     own = np.arange(c)
     i, j = np.r_[pairs[0], own], np.r_[pairs[1], own]
@@ -56,7 +56,7 @@ def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
 def colouring(touching: sparse.csr_array) -> NDArray[np.intp]:
     """Colour of each contact, (c,), no two neighbours alike: the local maxima of a fixed random order,
     peeled off."""
-    c = columns(touching)
+    c = column_count(touching)
     rank = np.random.default_rng(0).permutation(c) + 1.0
     colour = np.full(c, -1, dtype=np.intp)
     current = 0

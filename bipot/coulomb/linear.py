@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from bipot.coulomb.functions import Linearised
+from bipot.coulomb.functions import Expansion
 from bipot.coulomb.scaling import Blocks, ScaledProblem
 from bipot.errors import ProgramError
 from bipot.tensors import BoolArray, FloatArray
@@ -33,7 +33,7 @@ def _sparse_jacobian(W: Blocks, du: FloatArray, dr: FloatArray, kept: BoolArray)
     return sparse.csc_matrix(sparse.bsr_array((data, number[column], start), shape=(count * d, count * d)))
 
 
-def jacobian(problem: ScaledProblem, rows: Linearised) -> FloatArray | sparse.csc_matrix:
+def jacobian(problem: ScaledProblem, rows: Expansion) -> FloatArray | sparse.csc_matrix:
     """dF/du W + dF/dr of the whole problem, (dc, dc)."""
     if problem.blocks is None:
         return _dense_jacobian(np.asarray(problem.W), rows.du, rows.dr)
@@ -50,7 +50,7 @@ def factorised(matrix: sparse.csc_matrix) -> sparse_linalg.SuperLU:
         raise ProgramError("the Newton matrix is singular") from failure
 
 
-def newton_direction(problem: ScaledProblem, rows: Linearised, proximal: float) -> FloatArray:
+def newton_direction(problem: ScaledProblem, rows: Expansion, proximal: float) -> FloatArray:
     """Solve (dF/du (W + α I) + dF/dr) δr = -F, (dc,); open contacts (dF/du = 0, F = r) are eliminated with δr = -F.
 
     Raises ProgramError where the matrix is singular to working precision.

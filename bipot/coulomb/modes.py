@@ -27,6 +27,7 @@ from bipot.errors import require, require_count, require_number, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
+from bipot.typing import max_abs
 
 MOST_CONTACTS = 6
 _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1))
@@ -80,7 +81,7 @@ class MultiplicityReport:
         return f"{found} {word} found ({how}){between}; a solver returns one of them, by its start."
 
 
-def polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Polyhedron:
+def _polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Polyhedron:
     """The law of a mode, contact by contact: slip of sign s has r_t = -s mu r_n and s u_t >= 0."""
     rows: list[tuple[FloatArray, float]] = []
     bounds: list[tuple[FloatArray, float]] = []
@@ -145,7 +146,7 @@ def _points(W: FloatArray, region: Polyhedron) -> Iterator[FloatArray]:
                 yield end
 
 
-def distinct(answers: list[CoulombSolution], apart: float) -> tuple[CoulombSolution, ...]:
+def _distinct(answers: list[CoulombSolution], apart: float) -> tuple[CoulombSolution, ...]:
     """The first answer of each u, velocities in contact units differing by more than ``apart`` relative to |q|."""
     kept: list[CoulombSolution] = []
     for answer in answers:
@@ -174,20 +175,20 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
     for mode in product(_CHOICES, repeat=problem.contacts):
         name = " ".join(status.name.lower() for status, _ in mode)
         own: list[CoulombSolution] = []
-        for point in _points(W, polyhedron(W, scaled.q, problem.mu, mode)):
+        for point in _points(W, _polyhedron(W, scaled.q, problem.mu, mode)):
             r = scaled.unscale(point)
             if residual(problem, r) <= tol:
                 spent = perf_counter() - began
                 own.append(CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", 0, spent))
-        continuum = continuum or len(distinct(own, apart)) > 1
+        continuum = continuum or len(_distinct(own, apart)) > 1
         answers += own
-    return MultiplicityReport(distinct(answers, apart), exhaustive=True, continuum=continuum)
+    return MultiplicityReport(_distinct(answers, apart), exhaustive=True, continuum=continuum)
 
 
 def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
     """No force, full stick, and ``count`` random forces in the cone, of the size that stops u = q."""
     stick = np.linalg.lstsq(problem.W.toarray(), -problem.q, rcond=1e-10)[0]
-    size = float(np.abs(stick).max(initial=0.0)) or problem.force_scale
+    size = max_abs(stick) or problem.force_scale
     rng = np.random.default_rng(0)
     random = [rng.normal(size=(problem.contacts, problem.dim)) * size for _ in range(count)]
     guesses = [problem.by_contact(stick), *random]
@@ -225,4 +226,4 @@ def multiplicity(
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
         return every_mode(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]
-    return MultiplicityReport(distinct([a for a in answers if a.converged], apart), exhaustive=False)
+    return MultiplicityReport(_distinct([a for a in answers if a.converged], apart), exhaustive=False)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg, sparse
 
-from bipot.coulomb.functions import AlartCurnier, ContactFunction, Linearised
+from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
 from bipot.coulomb.linear import factorised, jacobian, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require, require_count, require_type
@@ -64,12 +64,12 @@ def merit(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: F
     return float(np.linalg.norm(function.value(problem.by_contact(r), problem.by_contact(u), problem.mu)))
 
 
-def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Linearised:
+def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Expansion:
     """F and its derivatives by contact."""
     return function.linearise(problem.by_contact(r), problem.by_contact(u), problem.mu)
 
 
-def levenberg_direction(problem: ScaledProblem, rows: Linearised, weight: float) -> FloatArray:
+def _levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> FloatArray:
     """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular
     W."""
     J, F = jacobian(problem, rows), rows.value.ravel()
@@ -118,7 +118,7 @@ class Newton:
         """One direction and one line search."""
         rows = linearise(problem, self.function, state.r, problem.velocity(state.r))
         if self.levenberg:
-            direction = levenberg_direction(problem, rows, self.levenberg * state.merits[-1])
+            direction = _levenberg_direction(problem, rows, self.levenberg * state.merits[-1])
         else:
             direction = newton_direction(problem, rows, 0.0)
         r, value = self.search(

@@ -19,7 +19,7 @@ from bipot.basics.definite import definite
 from bipot.coulomb.definite import asymmetry, by_diagonal, by_units, semidefinite
 from bipot.errors import ProgramError, require, require_count
 from bipot.tensors import FloatArray
-from bipot.typing import as_numbers
+from bipot.typing import as_numbers, max_abs
 
 LARGEST = 1e100
 
@@ -39,14 +39,14 @@ def _matrix(value: object, field: str) -> sparse.csr_array:
     return matrix
 
 
-def columns(matrix: sparse.csr_array) -> int:
+def column_count(matrix: sparse.csr_array) -> int:
     """Number of columns, as an int for type checkers that do not know sparse shapes."""
     return int(np.array(matrix.shape)[1])
 
 
 def require_sizes(numbers: FloatArray, field: str) -> None:
     """Numbers whose squares are numbers too."""
-    largest = float(np.abs(numbers).max(initial=0.0))
+    largest = max_abs(numbers)
     require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
 
 
@@ -219,7 +219,7 @@ class GlobalCoulombProblem:
 
     def __post_init__(self) -> None:
         mass, rows = _matrix(self.M, "M"), _matrix(self.H, "H")
-        dofs, contact_rows = rows.indptr.size - 1, columns(rows)
+        dofs, contact_rows = rows.indptr.size - 1, column_count(rows)
         _require_contacts(contact_rows, self.dim)
         require(mass.shape == (dofs, dofs), "M.shape", mass.shape, f"({dofs}, {dofs}), the rows of H")
         object.__setattr__(self, "M", mass)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bipot.coulomb.problem import Affine, CoulombProblem, columns
+from bipot.coulomb.problem import Affine, CoulombProblem, column_count
 from bipot.tensors import FloatArray
 
 # Above this many rows and below this filling a sparse factorisation beats a dense one.
@@ -32,7 +32,7 @@ class Blocks:
 
 def blocks(W: sparse.csr_array, dim: int) -> Blocks:
     """Gather the entries of W (dc, dc) into blocks."""
-    c = columns(W) // dim
+    c = column_count(W) // dim
     entries = sparse.coo_array(W)
     row, column = entries.coords[0] // dim, entries.coords[1] // dim
     each = np.arange(c)

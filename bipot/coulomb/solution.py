@@ -14,7 +14,7 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.errors import require, require_type
 from bipot.laws import coulomb
 from bipot.tensors import FloatArray
-from bipot.typing import as_numbers
+from bipot.typing import as_numbers, max_abs
 
 
 class Outcome(Enum):
@@ -134,5 +134,5 @@ class CoulombSolution:
         r, u = self._pair()
         unit = self.problem.contact_unit[:, None]
         r, u = r * unit, u / unit
-        force, slip = (tol * max(float(np.abs(x).max()), float(np.finfo(np.float64).tiny)) for x in (r, u))
+        force, slip = (tol * max(max_abs(x), float(np.finfo(np.float64).tiny)) for x in (r, u))
         return coulomb.status(r, u, 0.0, self.problem.mu, force, slip)

@@ -24,7 +24,7 @@ from bipot.tensors import FloatArray
 from bipot.typing import make_floats
 
 
-class State(Protocol):
+class SolverState(Protocol):
     """One iterate: the scaled force, and why no further step is useful (None while one is)."""
 
     @property
@@ -38,7 +38,7 @@ class State(Protocol):
         ...
 
 
-S = TypeVar("S", bound=State)
+S = TypeVar("S", bound=SolverState)
 
 
 @runtime_checkable

@@ -15,7 +15,7 @@ from math import comb, factorial, prod
 import numpy as np
 
 from bipot.meshes.elements import Element
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, times
 
 LEVELS = 12
 """Halvings before a sign is undecided: det J below about 4^-12 of its mean is not distinguished from zero."""
@@ -133,7 +133,7 @@ def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bool
         order = order[high[order] < upper[element[order]]]
         corner = form.grid[form.corners[corners[order].argmin(axis=1)]]
         upper[element[order]] = high[order]
-        at[element[order]] = origin[order] + (turn[order] @ corner[..., None])[..., 0]
+        at[element[order]] = origin[order] + times(turn[order], corner)
         low = D.min(axis=1)
         done = settled(low, upper[element], element) | (level == LEVELS)
         np.minimum.at(lower, element[done], low[done])

@@ -168,7 +168,7 @@ def facet(nodes: int, dimension: int) -> Reference:
     For a square face this is Gauss' rule of three points along both axes, for a triangle that of degree five.
     """
     if dimension == 2:
-        return line(nodes)
+        return tabulated_line(nodes)
     face = Element.of(nodes)
     return tabulated(face, Quadrature.GAUSS3 if face.shape.cube else Quadrature.TRIANGLE7)
 
@@ -180,7 +180,7 @@ def node_places(element: Element) -> Floats:
 
 
 @cache
-def line(nodes: int) -> Reference:
+def tabulated_line(nodes: int) -> Reference:
     """Line of two nodes or three (end, middle, end) with three Gauss points, for traction on edges."""
     # scikit-fem takes long to import and is used once: where an element is tabulated.
     import skfem

@@ -52,6 +52,9 @@ DEGREES = {
 }
 """Of det J: in every coordinate on squares and cubes, in all together on triangles and tetrahedra."""
 
+BELOW = 1e-3
+"""How far below the least det J its lower bound may be, over the bound."""
+
 AXIS = 1e-12
 """A node this near the axis, over the largest radius, lies on it."""
 
@@ -105,8 +108,8 @@ def _determinant(slopes: Floats) -> Floats:
     return first[0] * (b * f - c * e) + first[1] * (c * d - a * f) + first[2] * (a * e - b * d)
 
 
-def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> Floats:
-    """min det J over the element / mean det J (e,): a lower bound, below it by ``tolerance`` of it at most.
+def scaled_jacobians(nodes: Floats, elements: Ints) -> Floats:
+    """min det J over the element / mean det J (e,): a lower bound, below it by :data:`BELOW` of it at most.
 
     1 for parallelograms and straight triangles, not positive where folded (within 4^-LEVELS); minus infinity where the
     mean is not positive.
@@ -119,7 +122,7 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
     mean = D.mean(axis=1)
     out, turned = np.full(len(D), -np.inf), mean > 0
     scaled, form = D[turned] / mean[turned, None], basis(Element.of(elements.shape[1], nodes.shape[1]))
-    out[turned] = least(scaled, form, lambda low, upper, _: low >= upper - tolerance * np.abs(upper)).lower
+    out[turned] = least(scaled, form, lambda low, upper, _: low >= upper - BELOW * np.abs(upper)).lower
     return out
 
 

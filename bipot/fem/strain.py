@@ -214,7 +214,7 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     component, factor = reduction.copied
     Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
     Z *= kin.volume[..., None, None] * factor
-    Z += moving_gradient(kin.volume[..., None] * s.returned, reduction)
+    Z += _moving_gradient(kin.volume[..., None] * s.returned, reduction)
     np.matmul(Z, scratch.D, out=scratch.ZD)
     e, n, _ = scratch.K.shape
     np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
@@ -235,7 +235,7 @@ def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, b
     return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ moved
 
 
-def moving_gradient(stress: Floats, reduction: Reduction) -> Floats:
+def _moving_gradient(stress: Floats, reduction: Reduction) -> Floats:
     """Q (e, q, m, m): how w D' t changes with the end position at fixed stress (e, q, s)."""
     m = len(reduction.entries)
     return contract(stress, reduction.moving).reshape(*stress.shape[:-1], m, m)

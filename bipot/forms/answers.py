@@ -7,7 +7,7 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from bipot.conic.problem import ConicProgram, Outcome, Timing
+from bipot.conic.problem import Claim, ConicProgram, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import require
 from bipot.forms.base import Cache, FormName
@@ -29,7 +29,7 @@ class Raw:
 
     u: Floats
     r: Floats
-    outcome: Outcome
+    outcome: Claim
     iterations: int
     timing: Timing
     exact: bool = False

@@ -15,7 +15,7 @@ from typing import ClassVar, Protocol, TypeVar, runtime_checkable
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Handle
 from bipot.forms.memory import Pace, Paced, Setup, ordered
 from bipot.iterate import Iterate
@@ -54,7 +54,7 @@ class Step:
 
     iterate: Iterate
     r: Floats
-    outcome: Outcome
+    outcome: Claim
     iterations: int
     timing: Timing
     coupled: Coupled = Coupled(Route.EXACT)

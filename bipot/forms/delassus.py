@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require, require_type
 from bipot.forms.answers import tangent_program
@@ -75,7 +75,7 @@ class Delassus:
             there = iterate.increment.at(x)
         forces = state.spread(near * units.force)
         state = state.after(there, forces, exact=True)
-        outcome = Outcome.SOLVED if found.converged else Outcome.ALMOST
+        outcome = Claim.SOLVED if found.converged else Claim.ALMOST
         timing = Timing(built - began, solved - built, clock.seconds)
         return Step(there, forces, outcome, found.iterations, timing, state.coupling.report), state
 

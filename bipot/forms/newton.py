@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
@@ -132,7 +132,7 @@ class Newton:
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
         # Where there is no force, what is left of it is the round-off of its row; caps are those of the new iterate.
         forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
-        step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
+        step = Step(there.iterate, forces, Claim.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
     def _first(self, iterate: Iterate, r: Floats, state: Memory) -> Point:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -16,7 +15,7 @@ from bipot.conic.solver import Accuracy
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.contact.mobility import shares
-from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.errors import ProgramError, require, require_positive, require_type
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
@@ -81,9 +80,7 @@ class Penalised(ABC):
         make_floats(self, "K_n", "K_t")
         require_type(self.optimiser, Optimiser, "penalty.optimiser")
         require_type(self.kind, TangentKind, "penalty.kind")
-        for field in ("K_n", "K_t"):
-            value = getattr(self, field)
-            require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
+        require_positive(K_n=self.K_n, K_t=self.K_t)
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
         """Before the first pass."""
@@ -180,8 +177,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     Raises:
         SceneError: a factor that is not finite and positive, a scene without tools.
     """
-    require_number(factor, "factor")
-    require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
+    require_positive(factor=factor)
     scene = candidates.scene
     require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
     closed = touches(candidates.distance(scene.mesh.nodes, scene.at_rest), scene.size)

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, require_count, require_type
@@ -87,7 +87,7 @@ class Tangent:
         small = condense(program, cache.split(program)) if pays(program) else None
         if small and not small.kept.size:
             # Where nothing may touch, the elimination has solved it.
-            return Raw(small.recover(np.zeros(0)), r, Outcome.SOLVED, 0, Timing(), exact=True)
+            return Raw(small.recover(np.zeros(0)), r, Claim.SOLVED, 0, Timing(), exact=True)
         raw = solved(self, small.program if small else program, cache)
         u = small.recover(raw.u) if small else raw.u
         coupled = couple(program, u, raw.r, frames) if self.coupled else None
@@ -103,7 +103,7 @@ class Tangent:
         if astray or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
         found = gone_on(program, iterate, r, state)
-        return None if found is None else Raw(*found, Outcome.SOLVED, 0, Timing(), exact=True)
+        return None if found is None else Raw(*found, Claim.SOLVED, 0, Timing(), exact=True)
 
 
 def _shortened(

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import BipotError
+from bipot.errors import BipotError, Refusal
 from bipot.hdf5.dataset import Allowed, Dataset, Shape
 from bipot.hdf5.headers import require_plain, require_plain_file
-from bipot.hdf5.source import Refusal, Source
+from bipot.hdf5.source import Source
 from bipot.hdf5.types import require_kind
 
 if TYPE_CHECKING:

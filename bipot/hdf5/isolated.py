@@ -14,8 +14,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from bipot.errors import BipotError
-from bipot.hdf5.source import Refusal
+from bipot.errors import BipotError, Refusal
 
 SECONDS = 60.0
 """Time after which reading a file counts as blocked."""

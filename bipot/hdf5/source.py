@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import RawIOBase
 from typing import BinaryIO
 
-from bipot.errors import BipotError
-
-Refusal = Callable[[str], BipotError]
-"""Makes the error of a message."""
+from bipot.errors import BipotError, Refusal
 
 SHOWN = 80
 """Largest number of characters of a value in a message."""

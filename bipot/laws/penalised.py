@@ -5,7 +5,8 @@ With g⁺ = max(g0, 0) and the threshold s = mu t_n frozen, (29) is, per contact
     Δb_n(du_n) = inf over v >= -g⁺ of   t_n0 v + K_n/2 (du_n - v)²,
     Δb_t(du_t) = inf over v of          t_t0 · v + s |v| + K_t/2 |du_t - v|²,
 
-whose minimisers are the fictitious increments. The potentials below carry *total* tractions: they are
+whose minimisers are the fictitious increments, max(du_n - t_n0/K_n, -g⁺) and du_t + (t_t - t_t0)/K_t. The potentials
+below carry *total* tractions: they are
 b = Δb - t_0 · du, the Moreau envelopes of the exact contact terms, so that their gradient is -t, not -Δt.
 
 Where the printed equations need mending: (29) takes its first infimum over all v, which leaves t_n = 0 for
@@ -19,13 +20,12 @@ penalties may as well be nodal forces and forces per length.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import require
+from bipot.errors import require_positive
 from bipot.laws.projections import DiscSlope, project_disc
 from bipot.tensors import FloatArray
 
@@ -52,8 +52,7 @@ def default_penalty(young: float, edge: float, area: float) -> float:
     >>> default_penalty(210e3, 0.5, 0.1)
     42000.0
     """
-    for field, value in (("young", young), ("edge", edge), ("area", area)):
-        require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
+    require_positive(young=young, edge=edge, area=area)
     return young * area / edge
 
 
@@ -100,21 +99,3 @@ def tangential_potential(du_t: FloatArray, t_t0: FloatArray, threshold: FloatArr
     t_t = project_disc(x, threshold)
     value = np.sum(t_t * x - 0.5 * t_t**2 - 0.5 * np.square(t_t0), axis=-1) / k
     return Envelope(value, -t_t, k[..., None, None] * DiscSlope.at(x, threshold).by_point)
-
-
-def fictitious_increments(
-    du: FloatArray,
-    gap: ArrayLike,
-    t_0: FloatArray,
-    threshold: FloatArray | float,
-    k_n: ArrayLike,
-    k_t: ArrayLike,
-) -> FloatArray:
-    """Minimisers du_f of (29), rows normal first, (…, d).
-
-    du_n_f = max(du_n - t_n0/K_n, -max(g0, 0)) and du_t_f = du_t + (t_t - t_t0)/K_t, which is the mended (27).
-    """
-    normal = np.maximum(du[..., 0] - t_0[..., 0] / np.asarray(k_n, float), -np.maximum(gap, 0.0))
-    t_t = tangential_traction(du[..., 1:], t_0[..., 1:], threshold, k_t)
-    tangential = du[..., 1:] + (t_t - t_0[..., 1:]) / np.asarray(k_t, float)[..., None]
-    return np.concatenate([normal[..., None], tangential], axis=-1)

@@ -14,8 +14,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bipot.meshes.cells import Parts
+from bipot.meshes.cells import MeshParts
 from bipot.meshes.elements import Element
+from bipot.meshes.layout import cells_between
 from bipot.typing import Floats, Ints
 
 CUBE = Element.H8.shape.corners
@@ -26,7 +27,7 @@ TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)])
 """Of its faces."""
 
 
-def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[str], element: Element) -> Parts:
+def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[str], element: Element) -> MeshParts:
     """H8 or T4 in three layers around an inner box.
 
     ``near`` are the ends (n + 1,) of the inner elements along each axis, ``far`` those on the far faces, where the box
@@ -45,7 +46,8 @@ def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[st
         through = [inner, *(layer for along, layer in enumerate(layers) if along != axis)]
         boundaries[close] = np.vstack([_faces(number.take(0, axis), element) for number in through])
         boundaries[distant] = _faces(outer.take(-1, axis), element)
-    return Parts(np.vstack([_places(near, index.reshape(3, -1)), _places(far, index[:, on_far])]), cells, boundaries)
+    nodes = np.vstack([_places(near, index.reshape(3, -1)), _places(far, index[:, on_far])])
+    return MeshParts(nodes, cells, boundaries)
 
 
 def _places(axes: Sequence[Floats], index: Ints) -> Floats:
@@ -63,6 +65,5 @@ def _cells(number: Ints, element: Element) -> Ints:
 
 def _faces(number: Ints, element: Element) -> Ints:
     """Quadrilaterals, or their halves, between nodes whose ``number`` (n + 1, m + 1) runs along the axes."""
-    around = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    faces = np.stack(around, axis=-1).reshape(-1, 4)
+    faces = cells_between(number, Element.Q4)
     return faces if element is Element.H8 else faces[:, TRIANGLES].reshape(-1, 3)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.basics.machine import require_memory
-from bipot.errors import require, require_count, require_positive
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_positive
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets, edges_of
 from bipot.typing import Floats, Ints, make_floats
@@ -20,6 +20,8 @@ CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 SMALLEST = 1e-8
 """Least size of an element of a graded mesh over the side."""
 
+SLENDEREST = 1e6
+"""Largest ratio of the sides of a body: beyond it the places along the shorter are lost in round-off of the longer."""
 
 HALVINGS = 60
 """Halvings of the bracket of a growth factor, to round-off."""
@@ -72,7 +74,7 @@ class Fine:
         return ends
 
 
-class Parts(NamedTuple):
+class MeshParts(NamedTuple):
     """Nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name: the parts of a mesh."""
 
     nodes: Floats
@@ -83,6 +85,22 @@ class Parts(NamedTuple):
     def element(self) -> Element:
         """The kind of its elements."""
         return Element.of(self.elements.shape[1], self.nodes.shape[1])
+
+
+def require_sides(**sides: float) -> None:
+    """Refuse the lengths of the sides of a body, by name, where they make none.
+
+    Raises:
+        SceneError: one that is not finite and > 0, requires other units, or is more than SLENDEREST times another.
+    """
+    require_positive(**sides)
+    # In NumPy's other precisions the largest length is infinite.
+    lengths = {field: float(length) for field, length in sides.items()}
+    for field, length in lengths.items():
+        require_magnitude(length, field, LARGEST_LENGTH)
+    short, long = min(lengths, key=lengths.__getitem__), max(lengths, key=lengths.__getitem__)
+    allowed = f"at most {SLENDEREST:g} times {short} = {lengths[short]:g}"
+    require(lengths[long] <= SLENDEREST * lengths[short], long, lengths[long], allowed)
 
 
 def require_room(boxes: int, element: Element, field: str, value: int) -> None:
@@ -121,7 +139,7 @@ def along(start: float, end: float, count: int, grading: float | Fine) -> Floats
     return graded(start, end, count, grading)
 
 
-def converted(parts: Parts, element: Element) -> Parts:
+def converted(parts: MeshParts, element: Element) -> MeshParts:
     """The same shape in other elements: mid-sides (of straight edges) and centres are added or dropped.
 
     Raises:
@@ -139,13 +157,13 @@ def converted(parts: Parts, element: Element) -> Parts:
         nodes, cells = np.vstack([nodes, CENTRE @ nodes[cells]]), np.column_stack([cells, centre])
     facets = Facets.of(cells, element)
     ends = {name: some[:, source.ends] for name, some in parts.boundaries.items()}
-    return used(Parts(nodes, cells, {name: facets.run(facets.find(some), some) for name, some in ends.items()}))
+    return used(MeshParts(nodes, cells, {name: facets.run(facets.find(some), some) for name, some in ends.items()}))
 
 
-def used(parts: Parts) -> Parts:
+def used(parts: MeshParts) -> MeshParts:
     """The parts without nodes of no cell."""
     kept, elements = np.unique(parts.elements, return_inverse=True)
     number = np.full(len(parts.nodes), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))
     boundaries = {name: number[facets] for name, facets in parts.boundaries.items()}
-    return Parts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries)
+    return MeshParts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries)

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.meshes.cells import Parts, converted
+from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import cells_between, edges_along
 from bipot.typing import Floats, Ints
@@ -43,11 +43,11 @@ FLAT = {Element.H8.shape: Element.Q4, Element.T4.shape: Element.T3}
 class Round(NamedTuple):
     """Plane ``parts`` with nodes (n, 2), and by these ``arcs`` (n, 3), rho and c."""
 
-    parts: Parts
+    parts: MeshParts
     arcs: Floats
 
 
-def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Element, curved: bool) -> Parts:
+def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Element, curved: bool) -> MeshParts:
     """Solids as :func:`extruded`, of another ``element`` of their shape, whose middle nodes follow arcs if ``curved``.
 
     The heights are (m,).
@@ -65,7 +65,7 @@ def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Elemen
     return out._replace(nodes=nodes)
 
 
-def extruded(base: Parts, heights: Floats, ends: tuple[str, str]) -> Parts:
+def extruded(base: MeshParts, heights: Floats, ends: tuple[str, str]) -> MeshParts:
     """H8 or T4 between the ``heights`` (n,) above plane Q4 or T3; below and above are boundaries called ``ends``."""
     count, solid = len(base.nodes), base.element is Element.Q4
     places = np.repeat(np.asarray(heights), count)
@@ -75,7 +75,7 @@ def extruded(base: Parts, heights: Floats, ends: tuple[str, str]) -> Parts:
     prisms = np.concatenate([cells + low, cells + low + count], axis=2).reshape(-1, 2 * cells.shape[1])
     elements = prisms if solid else _turned(nodes, prisms[:, PRISM].reshape(-1, 4))
     boundaries = {name: _upright(edges, low, count, solid) for name, edges in base.boundaries.items()}
-    return Parts(nodes, elements, boundaries | {ends[0]: base.elements, ends[1]: base.elements + low.max() + count})
+    return MeshParts(nodes, elements, boundaries | {ends[0]: base.elements, ends[1]: base.elements + low.max() + count})
 
 
 def _turned(nodes: Floats, cells: Ints) -> Ints:
@@ -114,9 +114,9 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     arcs[inner.size :] = np.vstack([np.column_stack([np.full(len(own), t * radius), far]) for t in rings[1:]])
     cells = np.vstack([cells_between(inner, element), cells_between(layers, element)])
     if not quarter:
-        return Round(Parts(nodes, cells, edges_along(("side",), (layers[-1],))), arcs)
+        return Round(MeshParts(nodes, cells, edges_along(("side",), (layers[-1],))), arcs)
     front, left = np.append(inner[:-1, 0], layers[:, 0]), np.append(inner[0, :-1], layers[:, -1])
-    return Round(Parts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left))), arcs)
+    return Round(MeshParts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left))), arcs)
 
 
 def annulus(radii: Floats, count: int, element: Element) -> Round:
@@ -130,7 +130,7 @@ def annulus(radii: Floats, count: int, element: Element) -> Round:
     nodes = (radii[:, None, None] * circle).reshape(-1, 2)
     arcs = np.column_stack([np.repeat(radii, len(circle)), np.tile(circle, (len(radii), 1))])
     names, lines = ("bore", "side", "front", "left"), (number[0], number[-1], number[:, 0], number[:, -1])
-    return Round(Parts(nodes, cells_between(number, element), edges_along(names, lines)), arcs)
+    return Round(MeshParts(nodes, cells_between(number, element), edges_along(names, lines)), arcs)
 
 
 def _around(inner: Ints, quarter: bool) -> Ints:

@@ -17,7 +17,7 @@ import numpy as np
 
 from bipot.errors import SceneError, require, require_type
 from bipot.meshes.abaqus import plain_types
-from bipot.meshes.cells import Parts, used
+from bipot.meshes.cells import MeshParts, used
 from bipot.meshes.elements import Element, elements_of, same_places
 from bipot.meshes.facets import Facets
 from bipot.typing import Floats, Ints
@@ -39,7 +39,7 @@ FORMATS = {".msh": "gmsh"}
 FLAT = 1e-12
 
 
-def of_skfem(mesh: Any) -> Parts:
+def of_skfem(mesh: Any) -> MeshParts:
     """A mesh of scikit-fem with its named boundaries."""
     import skfem
 
@@ -52,7 +52,7 @@ def of_skfem(mesh: Any) -> Parts:
     return _parts(mesh.doflocs.T, mesh.dofs.element_dofs.T[:, order].astype(np.intp), facets, {})
 
 
-def of_meshio(source: Any, tag: str | None, names: Mapping[str, int] | None) -> Parts:
+def of_meshio(source: Any, tag: str | None, names: Mapping[str, int] | None) -> MeshParts:
     """A mesh of meshio, or of a file that it reads; ``tag`` and ``names`` as in ``Mesh.from_meshio``."""
     require(find_spec("meshio") is not None, "mesh", "a file", "read by meshio: pip install bipot[mesh]")
     import meshio
@@ -63,7 +63,7 @@ def of_meshio(source: Any, tag: str | None, names: Mapping[str, int] | None) -> 
     return _parts(_places(mesh.points, cells, dimension), cells, facets, mesh.point_sets)
 
 
-def to_meshio(parts: Parts) -> Any:
+def to_meshio(parts: MeshParts) -> Any:
     """The parts as a mesh of meshio: boundaries are cells of facets numbered from 1, groups of Gmsh, sets of nodes."""
     require(find_spec("meshio") is not None, "mesh", "to write", "handed to meshio: pip install bipot[mesh]")
     import meshio
@@ -196,7 +196,7 @@ def _joined(facets: list[Ints]) -> Ints:
     return np.concatenate([some[:, :width] for some in facets])
 
 
-def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mapping[str, Any]) -> Parts:
+def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mapping[str, Any]) -> MeshParts:
     """The mesh of cells (e, k), facets (f, n) by all of their nodes or their ends, and sets of nodes."""
     element = Element.of(cells.shape[1], points.shape[1])
     cells = _anticlockwise(points, cells, element)
@@ -207,7 +207,7 @@ def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mappin
         found = _covered(np.asarray(members), facets)
         if len(found):
             boundaries.setdefault(name, found)
-    return used(Parts(points, cells, boundaries))
+    return used(MeshParts(points, cells, boundaries))
 
 
 def _anticlockwise(points: Floats, cells: Ints, element: Element) -> Ints:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import require, require_count, require_type
-from bipot.meshes.cells import Fine, Parts, along, converted, require_room
+from bipot.meshes.cells import Fine, MeshParts, along, converted, require_room
 from bipot.meshes.elements import Element, elements_of
 from bipot.typing import Floats, Ints
 
@@ -65,7 +65,7 @@ def rectangle(
     names: Names,
     element: Element,
     layout: Layout,
-) -> Parts:
+) -> MeshParts:
     """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``.
 
     ``counts`` are those along the far sides, each by the name that messages call it.
@@ -104,14 +104,14 @@ def require_layout_room(counts: Sequence[int], element: Element, layout: Any, fi
     require_room(layout.count(*whole), element, fields[whole.index(most)], most)
 
 
-def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> Parts:
+def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> MeshParts:
     """Cells of straight edges between the lines ``x`` (n + 1,) and ``y`` (m + 1,)."""
     number = np.arange(len(x) * len(y)).reshape(len(x), len(y))
     sides = number[0], number[-1], number[:, 0], number[:, -1]
-    return Parts(_lines(x, y), cells_between(number, element), edges_along(names, sides))
+    return MeshParts(_lines(x, y), cells_between(number, element), edges_along(names, sides))
 
 
-def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> Parts:
+def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> MeshParts:
     """Cells of straight edges in three blocks: ends along the ``near`` sides (n + 2,), (m + 2,), and the ``far`` ones.
 
     The far ones are (n + 1,) and (m + 1,).
@@ -125,7 +125,7 @@ def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> Parts:
     blocks = (inner, 0), (np.column_stack([inner[:, -1], top]), n), (np.vstack([inner[-1], right]), m)
     cells = np.vstack([cells_between(number, element, parity) for number, parity in blocks])
     sides = np.append(inner[0], top[0]), right, np.append(inner[:, 0], right[0]), top
-    return Parts(nodes, cells, edges_along(names, sides))
+    return MeshParts(nodes, cells, edges_along(names, sides))
 
 
 def _lines(x: Floats, y: Floats) -> Floats:

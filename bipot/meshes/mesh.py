@@ -22,11 +22,11 @@ from bipot.errors import (
     require_magnitude,
     require_type,
 )
-from bipot.meshes.cells import Parts, converted
+from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
-from bipot.typing import Bools, Floats, Ints, as_array, read_only
+from bipot.typing import Bools, Floats, Ints, as_array, max_abs, read_only
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 
@@ -142,8 +142,8 @@ class Mesh:
         return self.nodes.shape[1]
 
     @property
-    def _parts(self) -> Parts:
-        return Parts(self.nodes, self.elements, self.boundaries)
+    def _parts(self) -> MeshParts:
+        return MeshParts(self.nodes, self.elements, self.boundaries)
 
     @cached_property
     def _facets(self) -> Facets:
@@ -220,7 +220,7 @@ def _require_near(nodes: Floats) -> None:
     """Refuse positions so far from the origin that shapes and displacements are lost in round-off."""
     if not len(nodes):
         return
-    far, size = float(np.abs(nodes).max()), float(np.ptp(nodes, axis=0).max())
+    far, size = max_abs(nodes), float(np.ptp(nodes, axis=0).max())
     require_magnitude(size, "mesh.size", LARGEST_LENGTH)
     allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"
     require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require, require_number, require_positive
-from bipot.meshes.cells import Fine
+from bipot.meshes.cells import Fine, require_sides
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout, rectangle
 from bipot.meshes.mesh import Mesh
@@ -35,7 +35,7 @@ def cylinder(
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
     (4, 4)
     """
-    require_positive(radius=radius, height=height)
+    require_sides(radius=radius, height=height)
     counts, names = {"n_r": n_r, "n_z": n_z}, ("axis", "side", "base", "top")
     return Mesh(*rectangle((0.0, radius), (0.0, height), counts, grading, names, element, layout))
 
@@ -59,7 +59,7 @@ def block(
     >>> block(7.0, 1.0, 3, 1, element=Element.T6).elements.shape
     (6, 6)
     """
-    require_positive(width=width, height=height)
+    require_sides(width=width, height=height)
     counts, names = {"n_x": n_x, "n_y": n_y}, ("left", "right", "base", "top")
     return Mesh(*rectangle((0.0, width), (0.0, height), counts, grading, names, element, layout))
 
@@ -78,8 +78,9 @@ def ring(
 
     ``layout`` says how elements meet in the corner of top and side (:class:`~bipot.meshes.layout.Layout`).
     """
-    require_positive(inner=inner, height=height)
+    require_positive(inner=inner)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
+    require_sides(**{"outer - inner": outer - inner, "height": height})
     counts, names = {"n_r": n_r, "n_z": n_z}, ("bore", "side", "base", "top")
     return Mesh(*rectangle((inner, outer), (0.0, height), counts, grading, names, element, layout))

@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.errors import require, require_count, require_number, require_positive, require_type
 from bipot.meshes.boxes import fanned_box
-from bipot.meshes.cells import converted, graded, require_room
+from bipot.meshes.cells import converted, graded, require_room, require_sides
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
 from bipot.meshes.layout import Layout, rectangle, require_layout_room
@@ -40,7 +40,7 @@ def brick(
     >>> sorted(brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T10).boundaries)
     ['back', 'base', 'front', 'left', 'right', 'top']
     """
-    require_positive(width=width, depth=depth, height=height)
+    require_sides(width=width, depth=depth, height=height)
     counts = _counts(n_x=n_x, n_y=n_y, n_z=n_z)
     n_x, n_y, n_z = counts.values()
     _require_solid(element, grading, 3)
@@ -85,7 +85,7 @@ def cylinder_3d(
     >>> cylinder_3d(5.0, 5.0, 2, 1, 3).elements.shape
     (24, 8)
     """
-    require_positive(radius=radius, height=height)
+    require_sides(radius=radius, height=height)
     counts = _counts(n_square=n_square, n_r=n_r, n_z=n_z)
     n_square, n_r, n_z = counts.values()
     for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
@@ -126,8 +126,9 @@ def ring_3d(
     >>> mesh.elements.shape, sorted(mesh.boundaries)
     ((36, 8), ['base', 'bore', 'front', 'left', 'side', 'top'])
     """
-    require_positive(inner=inner, outer=outer, height=height)
+    require_positive(inner=inner, outer=outer)
     require(inner < outer, "inner", inner, f"< outer = {outer}")
+    require_sides(**{"outer - inner": outer - inner, "height": height})
     counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
     n_around, n_r, n_z = counts.values()
     for name, value in {"curved": curved, "inscribed": inscribed}.items():

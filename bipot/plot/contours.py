@@ -13,7 +13,7 @@ from bipot.fem.reduction import Geometry
 from bipot.meshes.elements import Element
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
-from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit
+from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
 from bipot.typing import Floats, Ints
 
@@ -72,7 +72,7 @@ def contour(
     frame(axes, result, nodes)
     axes.set_title(moment(result, snapshot))
     if colorbar:
-        axes.figure.colorbar(drawn, ax=axes, label=label(result, field), shrink=SHRUNK)
+        axes.figure.colorbar(drawn, ax=axes, label=_label(result, field), shrink=SHRUNK)
     return drawn
 
 
@@ -92,17 +92,17 @@ def moment(result: History, snapshot: Snapshot) -> str:
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
 
 
-def label(result: History, field: str) -> str:
+def _label(result: History, field: str) -> str:
     """A field with its unit."""
     base, part = split(Place.NODES, field, result.geometry)
     known = FIELDS[Place.NODES][base]
     name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
-    return f"{name} ({unit(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
+    return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
 
 
-def axis_labels(result: History) -> tuple[str, ...]:
+def _axis_labels(result: History) -> tuple[str, ...]:
     """Names of the coordinates, with the unit of length."""
-    return tuple(f"{axis} ({unit(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
+    return tuple(f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
 
 
 def require_plane(result: History) -> None:
@@ -164,5 +164,5 @@ def frame(axes: Axes, result: History, nodes: Floats) -> None:
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    across, up = axis_labels(result)
+    across, up = _axis_labels(result)
     axes.set(xlabel=across, ylabel=up)

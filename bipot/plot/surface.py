@@ -12,7 +12,7 @@ from bipot.plot.contours import moment, require_plane
 from bipot.plot.lines import axes_of
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
-from bipot.results.names import Quantity, unit
+from bipot.results.names import Quantity, unit_of
 from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def contact_traction(
         drawn.append(line)
     if not np.isfinite(drawn[0].get_ydata()).any():
         axes.text(0.5, 0.6, "no edge of the surface is in contact", ha="center", transform=axes.transAxes)
-    length, stress = (unit(quantity, result.units) for quantity in (Quantity.LENGTH, Quantity.STRESS))
+    length, stress = (unit_of(quantity, result.units) for quantity in (Quantity.LENGTH, Quantity.STRESS))
     axes.set(xlabel=f"arc along the surface ({length})", ylabel=f"traction ({stress})", title=moment(result, snapshot))
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
     axes.legend()

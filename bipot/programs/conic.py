@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import ConicProgram, Layout
+from bipot.conic.problem import ConicProgram, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.terms import ContactTerms
@@ -45,12 +45,12 @@ class TangentProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (dU, t): P = diag(K, 0), q = (-f, s), rows of :class:`ContactTerms`."""
-        layout, cost = Layout(), self.contact.threshold[self.contact.sliding]
-        layout.add(Block.DISPLACEMENT, len(self.f))
-        bounds = layout.add(Block.SLIP_BOUND, len(cost))
-        rows = self.contact.cone_rows(layout.size, bounds)
-        P, q = padded(self.K, layout.size), np.concatenate([-self.f, cost])
-        return ConicProgram(P, q, rows, layout.blocks, self.statement)
+        variables, cost = Variables(), self.contact.threshold[self.contact.sliding]
+        variables.add(Block.DISPLACEMENT, len(self.f))
+        bounds = variables.add(Block.SLIP_BOUND, len(cost))
+        rows = self.contact.cone_rows(variables.size, bounds)
+        P, q = padded(self.K, variables.size), np.concatenate([-self.f, cost])
+        return ConicProgram(P, q, rows, variables.blocks, self.statement)
 
     def statement(self) -> Stated:
         """The same program stated in cvxpy."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import ConicProgram, ConicSolution, Layout
+from bipot.conic.problem import ConicProgram, ConicSolution, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.terms import ContactTerms, norm_rows
@@ -94,15 +94,15 @@ class DissipationProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0); without flow dU and slip bounds."""
-        m, layout, slips = self.model, Layout(), self.contact.threshold[self.contact.sliding]
+        m, variables, slips = self.model, Variables(), self.contact.threshold[self.contact.sliding]
         points, width = m.stress.shape
         weights = np.repeat(m.weight, width)
-        layout.add(Block.DISPLACEMENT, len(self.force))
+        variables.add(Block.DISPLACEMENT, len(self.force))
         stiffness, force = _quadratic(m.volumetric, m.weight, m.pressure, m.bulk, m.trace_0)
         diagonal = cost = np.zeros(0)
         if m.flows:
-            layout.add(Block.ELASTIC_DEVIATOR, points * width)
-            layout.add(Block.PLASTIC_NORM, points)
+            variables.add(Block.ELASTIC_DEVIATOR, points * width)
+            variables.add(Block.PLASTIC_NORM, points)
             diagonal = np.concatenate([2 * m.shear * weights, 2 / 3 * m.slope * m.weight])
             cost = np.concatenate([weights * m.stress.ravel(), ROOT * m.weight * m.threshold])
         else:
@@ -110,15 +110,15 @@ class DissipationProgram:
             stiffness, force = sp.csc_matrix(stiffness + more), force + moved
         if self.spring is not None:
             stiffness = sp.csc_matrix(stiffness + sp.diags(self.spring))
-        rows = self.contact.cone_rows(layout.size + len(slips), layout.add(Block.SLIP_BOUND, len(slips)))
+        rows = self.contact.cone_rows(variables.size + len(slips), variables.add(Block.SLIP_BOUND, len(slips)))
         if m.flows:
-            norms, elastic = (layout.blocks[name].start for name in (Block.PLASTIC_NORM, Block.ELASTIC_DEVIATOR))
-            rows = (norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, layout.size, norms, minus=elastic), *rows)
+            norms, elastic = (variables.blocks[name].start for name in (Block.PLASTIC_NORM, Block.ELASTIC_DEVIATOR))
+            rows = (norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, variables.size, norms, minus=elastic), *rows)
         return ConicProgram(
             P=_beside(stiffness, np.concatenate([diagonal, np.zeros(len(slips))])),
             q=np.concatenate([force - self.force, cost, slips]),
             rows=rows,
-            blocks=layout.blocks,
+            blocks=variables.blocks,
             statement=self.statement,
         )
 

@@ -19,7 +19,7 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.coulomb.acceleration import Anderson, Memory
+from bipot.coulomb.acceleration import Anderson, Past
 from bipot.errors import require, require_count, require_type
 from bipot.programs.data import ContactRows
 from bipot.typing import Floats, make_floats
@@ -135,7 +135,7 @@ class Coupling:
     second: bool
     mixing: Mixing = Mixing.PLAIN
     weight: float = 1.0
-    memory: Memory = Memory()
+    memory: Past = Past()
     ratios: tuple[float, ...] = ()
     residual: float = np.inf
     best: float = np.inf
@@ -206,7 +206,7 @@ class Coupling:
         damped = turn < 0 and self.mixing is not Mixing.ANDERSON
         return (Mixing.DAMPED if damped else Mixing.ANDERSON), weight
 
-    def _move(self, target: Floats, mixing: Mixing, weight: float) -> tuple[Memory, Floats]:
+    def _move(self, target: Floats, mixing: Mixing, weight: float) -> tuple[Past, Floats]:
         """The memory with this step in it, and the next value: never negative, inf where it was."""
         x, target = _finite(self.value), _finite(target)
         memory, mixed = Anderson(self.rule.depth, weight, growth=1.0).advance(self.memory, x, target)

@@ -16,7 +16,7 @@ from bipot.programs.data import ContactRows
 from bipot.programs.factors import Factor, LinearSolver
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Law
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, times
 
 DEPENDENT = 1e-8
 """Volume of a contact's frame, of unit rows, below which its rows are dependent."""
@@ -201,11 +201,6 @@ def _completed(T: Floats) -> Floats:
     number = T.shape[1] - none.sum(axis=1, keepdims=True) + np.cumsum(none, axis=1) - 1
     across = np.take_along_axis(np.linalg.svd(T)[2], np.where(none, number, 0)[..., None], axis=1)
     return np.where(none[..., None], across, T)
-
-
-def times(matrices: Floats, vectors: Floats) -> Floats:
-    """Matrices (…, i, j) on vectors (…, j)."""
-    return (matrices @ vectors[..., None])[..., 0]
 
 
 def _dual(T: Floats) -> Floats:

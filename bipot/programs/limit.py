@@ -20,7 +20,7 @@ from scipy.linalg import qr
 from scipy.sparse.linalg import norm as row_lengths
 from scipy.sparse.linalg import splu
 
-from bipot.conic.problem import Cone, ConicProgram, Layout, Rows
+from bipot.conic.problem import Cone, ConicProgram, Rows, Variables
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.programs.data import Block, ContactRows, Term
@@ -73,7 +73,7 @@ class Mechanism:
             return Mechanism(v, np.inf, np.inf, np.inf)
         change = np.abs(model.volumetric @ v).max() * model.weight.sum() * model.threshold.max()
         flow = np.linalg.norm((model.deviatoric @ v).reshape(model.stress.shape), axis=1)
-        motion = still(rows).motion(v)
+        motion = _still(rows).motion(v)
         slip = np.where(rows.tied, 1.0, rows.mu) * np.linalg.norm(motion[:, 1:], axis=1)
         short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
         return Mechanism(
@@ -186,23 +186,23 @@ class LimitProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (v, t): least sum_q w sqrt(2/3) sigma_Y t_q, t_q >= |dev B v|, and the constraints."""
-        m, layout = self.model, Layout()
+        m, variables = self.model, Variables()
         points, width = m.stress.shape
-        layout.add(Block.DISPLACEMENT, len(self.force))
-        norms = layout.add(Block.PLASTIC_NORM, points)
+        variables.add(Block.DISPLACEMENT, len(self.force))
+        norms = variables.add(Block.PLASTIC_NORM, points)
         gain = np.append(self.force, np.zeros(points))
         free = np.zeros(len(self.rows.frictional))
-        volume = widened(self._volumes, layout.size)
+        volume = widened(self._volumes, variables.size)
         return ConicProgram(
-            P=sp.csc_matrix((layout.size, layout.size)),
+            P=sp.csc_matrix((variables.size, variables.size)),
             q=np.concatenate([np.zeros(len(self.force)), ROOT * m.weight * m.threshold]),
             rows=(
                 Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain), -np.ones(1)),
                 Rows(Term.VOLUME, Cone.ZERO, volume, np.zeros(len(volume.indptr) - 1)),
-                norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), layout.size, norms),
-                *ContactTerms(still(self.rows), free, free).cone_rows(layout.size, layout.size),
+                norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), variables.size, norms),
+                *ContactTerms(_still(self.rows), free, free).cone_rows(variables.size, variables.size),
             ),
-            blocks=layout.blocks,
+            blocks=variables.blocks,
         )
 
 
@@ -218,6 +218,6 @@ def isochoric(volumes: sp.csr_matrix) -> Floats | None:
     return Q[:, int((size > DEPENDENT * size[0]).sum()) :]
 
 
-def still(rows: ContactRows) -> ContactRows:
+def _still(rows: ContactRows) -> ContactRows:
     """The rows of a rate: closed contacts with resting tools."""
     return replace(rows, gap=np.zeros_like(rows.gap), slip=np.zeros_like(rows.slip))

@@ -26,10 +26,10 @@ import scipy.sparse as sp
 from bipot.errors import ProgramError
 from bipot.programs.data import ContactRows
 from bipot.programs.factors import DEFAULT, Factor, LinearSolver
-from bipot.programs.frames import Frames, times
+from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import L, Law
-from bipot.typing import Floats, Ints, einsum
+from bipot.typing import Floats, Ints, einsum, max_abs, times
 
 ITERATIONS = 12
 """Most steps of one minimisation."""
@@ -122,12 +122,12 @@ def minimised(
     frames = frames or Frames.of(rows, Pattern.of(K.indices, K.indptr))
     best = Best(x, r, np.inf, 0)
     last: Linearised[Law] | None = None
-    scale, factors = max(float(np.abs(model.f).max()), float(np.finfo(float).tiny)), 0
+    scale, factors = max(max_abs(model.f), float(np.finfo(float).tiny)), 0
     for _ in range(iterations):
         residual, motion = K @ x - model.f, rows.motion(x)
-        law, scale = at(motion, r), max(scale, float(np.abs(r).max(initial=0.0)))
-        balance, miss = float(np.abs(residual - rows.forces(r)).max()), law.value(motion, r)
-        error = max(balance, float(np.abs(miss).max(initial=0.0))) / scale
+        law, scale = at(motion, r), max(scale, max_abs(r))
+        balance, miss = max_abs(residual - rows.forces(r)), law.value(motion, r)
+        error = max(balance, max_abs(miss)) / scale
         # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
         # an open contact of a body without force must carry exactly none.
         if best.error <= EXACT and error >= best.error:
@@ -141,7 +141,7 @@ def minimised(
         except ProgramError:
             break
         dx, r = last.step(residual, miss, r)
-        if not max(float(np.abs(dx).max(initial=0.0)), float(np.abs(r).max(initial=0.0))) <= RUNAWAY:
+        if not max(max_abs(dx), max_abs(r)) <= RUNAWAY:
             break
         # Where there is no force, what is left of it is the round-off of its row.
         x, r = x + dx, np.where(last.pieces.none, 0.0, r)

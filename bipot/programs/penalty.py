@@ -17,14 +17,14 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from bipot.conic.problem import Cone, ConicProgram, Layout, Outcome, Rows, Timing
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables, picking
 from bipot.conic.through_cvxpy import Stated
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
 from bipot.laws.projections import project_disc
 from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, max_abs
 
 LOST = 1e-3
 """Residual over the largest force above which a minimisation is given up."""
@@ -34,7 +34,7 @@ class Minimum(NamedTuple):
     """Minimiser x (n,), the optimiser's claim, its iterations and seconds."""
 
     x: Floats
-    outcome: Outcome
+    outcome: Claim
     iterations: int
     timing: Timing
 
@@ -74,9 +74,9 @@ class PenaltyTerms:
 
     def mismatch(self, x: Floats, r: Floats) -> float:
         """Distance of forces r (c, d) from the law at x with the coupled threshold s = mu t_n, over the largest."""
-        largest = float(np.abs(r).max(initial=0.0))
+        largest = max_abs(r)
         coupled = self.law(x, self.rows.threshold(r))
-        return float(np.abs(r - coupled).max()) / largest if largest > 0 else 0.0
+        return max_abs(r - coupled) / largest if largest > 0 else 0.0
 
     def law(self, x: Floats, threshold: Floats) -> Floats:
         """r (c, d) of (26)-(29) for the motion of x and a threshold (f,)."""
@@ -129,7 +129,7 @@ class PenaltyProgram:
     def largest(self, x: Floats) -> float:
         """The largest force, the scale of residuals."""
         r = self.contact.forces(x)
-        return max(float(np.abs(r).max(initial=0.0)), float(np.abs(self.f).max()), np.finfo(float).tiny)
+        return max(max_abs(r), max_abs(self.f), np.finfo(float).tiny)
 
     def hessian(self, x: Floats) -> sp.csc_matrix:
         """K + G_n' D_n G_n + G_t' D_t G_t with the generalised Hessians D of the envelopes."""
@@ -157,29 +157,29 @@ class PenaltyProgram:
         With du - v = B y + w the cost is 1/2 dU' K dU - f' dU + sum_c [k/2 |du - v|^2 - t_0 . (du - v) + s |v_t|].
         """
         terms, contact = self.contact, self.contact.rows
-        (count, width), layout = contact.slip.shape, Layout()
-        layout.add(Block.DISPLACEMENT, len(self.f))
-        gaps = layout.add(Block.FICTITIOUS_GAP, contact.count)
-        slips = layout.add(Block.FICTITIOUS_SLIP, contact.slip.size)
-        bounds = layout.add(Block.SLIP_BOUND, count)
+        (count, width), variables = contact.slip.shape, Variables()
+        variables.add(Block.DISPLACEMENT, len(self.f))
+        gaps = variables.add(Block.FICTITIOUS_GAP, contact.count)
+        slips = variables.add(Block.FICTITIOUS_SLIP, contact.slip.size)
+        bounds = variables.add(Block.SLIP_BOUND, count)
         B = sp.vstack([contact.G_n, contact.G_t], format="csr")
         B = sp.hstack([B, -sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))], format="csr")
         w = np.concatenate([contact.gap - terms.start_gap, contact.slip.ravel()])
         k = np.concatenate([terms.k_n, np.repeat(terms.k_t, width)])
         t_0 = np.concatenate([terms.t_0[:, 0], terms.t_0[contact.frictional, 1:].ravel()])
-        P = sp.csc_matrix(padded(self.K, layout.size) + B.T @ (sp.diags_array(k) @ B))
+        P = sp.csc_matrix(padded(self.K, variables.size) + B.T @ (sp.diags_array(k) @ B))
         q = B.T @ (k * w - t_0)
         q[:gaps] -= self.f
         q[bounds:] = terms.threshold
-        closed = _unit_rows(np.arange(gaps, slips), layout.size)
+        closed = picking(np.arange(gaps, slips), variables.size)
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
-        cones = _unit_rows(order.ravel(), layout.size)
+        cones = picking(order.ravel(), variables.size)
         room = np.maximum(terms.start_gap, 0.0)
         rows = (
             Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, closed, room),
             Rows(Term.FRICTION, Cone.SECOND_ORDER, cones, np.zeros(order.size), width + 1),
         )
-        return ConicProgram(P, q, rows, layout.blocks)
+        return ConicProgram(P, q, rows, variables.blocks)
 
     def statement(self) -> Stated:
         """The same program as (29) states it; the dual of its constraint is t_n.
@@ -222,12 +222,6 @@ def _square_root(K: sp.csc_matrix | Floats) -> Floats:
     """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
     values, vectors = np.linalg.eigh(K if isinstance(K, np.ndarray) else K.toarray())
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-
-
-def _unit_rows(variables: Ints, size: int) -> sp.csr_matrix:
-    """The rows (m, size) that pick ``variables`` (m,)."""
-    count = len(variables)
-    return sp.csr_matrix((np.ones(count), variables, np.arange(count + 1)), shape=(count, size))
 
 
 def _weighted(G: sp.csr_matrix, D: Floats) -> sp.csr_matrix:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.errors import ProgramError
 from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.condensation import factorise
@@ -28,7 +28,7 @@ from bipot.programs.frames import Frames
 from bipot.programs.newton import Model, minimised
 from bipot.programs.penalty import LOST, Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.pieces import Mapped
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 STEPS = 40
 SEARCHES = 100
@@ -47,7 +47,7 @@ SHIFT = 1e-13
 """Shift of a singular Hessian's diagonal, over its largest entry."""
 
 
-def regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float, float]) -> Mapped:
+def _regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float, float]) -> Mapped:
     """The penalised law linearised at motion (gap at the end, slip) and forces (c, d), with rho for normal, tangent."""
     (rho_n, rho_t), f, (count, d) = rho, terms.rows.frictional, r.shape
     by_motion, by_force, none = np.zeros((count, d, d)), np.tile(np.eye(d), (count, 1, 1)), np.ones(r.shape, dtype=bool)
@@ -80,7 +80,7 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
     with np.errstate(over="ignore", invalid="ignore"):
         found = minimised(
             model,
-            lambda motion, r: regularised(terms, motion, r, rho),
+            lambda motion, r: _regularised(terms, motion, r, rho),
             start,
             _first_forces(program, start),
             frames,
@@ -92,7 +92,7 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
             _searches(program, best)
     if not best.error <= LOST:
         raise ProgramError(f"penalised Newton left a residual of {best.error:.1e}: use a smaller penalty or increment")
-    outcome = Outcome.SOLVED if best.error <= SOLVED else Outcome.ALMOST
+    outcome = Claim.SOLVED if best.error <= SOLVED else Claim.ALMOST
     return Minimum(best.x, outcome, best.iterations, Timing(solve=time.perf_counter() - began))
 
 
@@ -123,7 +123,7 @@ def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:
     carried[f, 1:] = project_disc(terms.t_0[f, 1:], terms.threshold)
     balance = program.K @ x - program.f
     choices = (terms.forces(x), carried)
-    return min(choices, key=lambda r: float(np.abs(balance - terms.rows.forces(r)).max()))
+    return min(choices, key=lambda r: max_abs(balance - terms.rows.forces(r)))
 
 
 def _scales(program: PenaltyProgram) -> tuple[float, float]:

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import ProgramError
 from bipot.programs.data import Block
 from bipot.programs.penalty import LOST, Minimum, PenaltyProgram
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 SOLVED = 1e-7
 """Residual over the largest force up to which an answer is claimed solved."""
@@ -101,10 +101,10 @@ def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: fl
     second: dict[str, Any] = {"hess": psi.hessian, "callback": _Stalled(y)} if method == "trust-exact" else {}
     answer: Any = minimize(psi.value, y, jac=psi.gradient, method=method, options=options, **second)
     x = condensed.recover(psi.x(answer.x))
-    error = float(np.abs(program.gradient(x)).max()) / program.largest(x)
+    error = max_abs(program.gradient(x)) / program.largest(x)
     if not error <= LOST:
         raise ProgramError(f"the optimiser left a residual of {error:.1e} ({answer.message})")
-    outcome = Outcome.SOLVED if error <= SOLVED else Outcome.ALMOST
+    outcome = Claim.SOLVED if error <= SOLVED else Claim.ALMOST
     return Minimum(x, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
 
 
@@ -128,9 +128,9 @@ def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Min
             continue
         iterations, timing = iterations + count, timing + spent
         answers.append(np.asarray(stated.blocks[Block.DISPLACEMENT].value))
-        if outcome is Outcome.SOLVED:
+        if outcome is Claim.SOLVED:
             return Minimum(condensed.recover(answers[-1]), outcome, iterations, timing)
     if not answers:
         raise failure
-    best = min(answers, key=lambda u: float(np.abs(small.gradient(u)).max()))
-    return Minimum(condensed.recover(best), Outcome.ALMOST, iterations, timing)
+    best = min(answers, key=lambda u: max_abs(small.gradient(u)))
+    return Minimum(condensed.recover(best), Claim.ALMOST, iterations, timing)

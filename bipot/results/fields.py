@@ -15,17 +15,14 @@ from bipot.laws.coulomb import Status
 from bipot.response import State
 from bipot.results.nodal import Averaging
 from bipot.system import System
-from bipot.traction import Traction
+from bipot.traction import ContactTraction
 from bipot.typing import Floats, einsum
 
 NO_CANDIDATE = -1
 
-SHEAR = np.array([1.0, 1.0, 1.0, np.sqrt(2.0)])
-"""Factors of a Mandel vector in the plane over the components of the tensor."""
-
 
 @dataclass(frozen=True)
-class Step:
+class StoredStep:
     """The stored data of one step: course of the march, forces and gaps of all candidates, their tractions and status.
 
     ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, p)
@@ -35,33 +32,33 @@ class Step:
     course: Course
     forces: Floats
     gap: Floats
-    tractions: Traction
+    tractions: ContactTraction
     volume: Floats
     poses: Floats
 
     @staticmethod
-    def at_start(system: System, course: Course) -> Step:
+    def at_start(system: System, course: Course) -> StoredStep:
         """Step 0: without a known slip, tractions of a start that carries forces are unknown (NaN, UNDECIDED)."""
         scene, state = system.body.scene, course.state
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
         placed = gradients(state.nodes, scene.mesh.elements, system.body.space.reference, scene.geometry)
-        tractions = Traction(unknown, unknown, status, 0.0, 0.0)
+        tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
         frames = system.candidates.frames_at(state.nodes, poses)
         forces = system.candidates.vectors(state.forces, frames)
-        return Step(course, forces, state.gap, tractions, placed.volume, poses)
+        return StoredStep(course, forces, state.gap, tractions, placed.volume, poses)
 
     @staticmethod
-    def after(accepted: Accepted) -> Step:
+    def after(accepted: Accepted) -> StoredStep:
         """The step of an accepted increment, its tractions on the configuration of equilibrium."""
         solved = accepted.solved
         increment = solved.iterate.increment
         forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
         gap, state = solved.iterate.motion[:, 0], accepted.state
         poses = increment.system.body.scene.placed(state.tau, state.translation)
-        return Step(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume, poses)
+        return StoredStep(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume, poses)
 
     @property
     def state(self) -> State:
@@ -69,7 +66,7 @@ class Step:
         return self.course.state
 
 
-def point_fields(system: System, step: Step, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
+def point_fields(system: System, step: StoredStep, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
     Where two tools share a node, the fields are those of the one that pushes harder, except for the force, which is the
@@ -85,9 +82,9 @@ def point_fields(system: System, step: Step, averaging: Averaging, values: Float
         return out
 
     return {
-        "displacement": padded(state.nodes - mesh.nodes),
-        "velocity": padded(state.velocity),
-        "contact_force": padded(candidates.met.nodal(step.forces)),
+        "displacement": in_space(state.nodes - mesh.nodes),
+        "velocity": in_space(state.velocity),
+        "contact_force": in_space(candidates.met.nodal(step.forces)),
         "contact_pressure": scatter(step.tractions.recovered_pressure, np.nan),
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
@@ -96,7 +93,7 @@ def point_fields(system: System, step: Step, averaging: Averaging, values: Float
     }
 
 
-def cell_fields(step: Step, values: Floats) -> dict[str, NDArray[Any]]:
+def cell_fields(step: StoredStep, values: Floats) -> dict[str, NDArray[Any]]:
     """Averages of the ``values`` (:func:`together`) over the elements: tensors (e, 6) in VTK's order, scalars."""
     weight = step.volume / step.volume.sum(axis=1, keepdims=True)
     return _apart(einsum("eq,eqs->es", weight, values), np.float64)
@@ -113,8 +110,8 @@ def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
     size = (values.shape[1] - 3) // 2
     mises, pressure, peeq = values[:, 2 * size :].T.astype(kind)
     return {
-        "stress": symmetric(values[:, :size]).astype(kind),
-        "plastic_strain": symmetric(values[:, size : 2 * size]).astype(kind),
+        "stress": _symmetric(values[:, :size]).astype(kind),
+        "plastic_strain": _symmetric(values[:, size : 2 * size]).astype(kind),
         # Extrapolation may make non-negative fields negative.
         "mises": np.maximum(mises, 0),
         "pressure": pressure,
@@ -122,7 +119,7 @@ def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
     }
 
 
-def step_fields(step: Step) -> dict[str, ArrayLike]:
+def step_fields(step: StoredStep) -> dict[str, ArrayLike]:
     """The data of one step in ``/bipot/steps``: all that a resumed march needs, except times and nodes."""
     course, state = step.course, step.state
     flow = state.flow
@@ -155,7 +152,7 @@ def step_fields(step: Step) -> dict[str, ArrayLike]:
     }
 
 
-def padded(vectors: Floats) -> Floats:
+def in_space(vectors: Floats) -> Floats:
     """Vectors (a, d) with zeros up to three components."""
     # Several times faster than np.pad, which a step would call often.
     out = np.zeros((len(vectors), 3))
@@ -163,10 +160,10 @@ def padded(vectors: Floats) -> Floats:
     return out
 
 
-def symmetric(mandel: Floats) -> Floats:
+def _symmetric(mandel: Floats) -> Floats:
     """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, s), of a plane or of space.
 
-    >>> symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
+    >>> _symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
     array([[1., 2., 3., 1., 0., 0.]])
     """
     out = np.zeros((len(mandel), 6))

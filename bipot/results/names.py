@@ -97,10 +97,10 @@ AXES: Mapping[Geometry, tuple[str, ...]] = {
 """Names of the components of a vector."""
 
 
-def components(field: Field, geometry: Geometry) -> tuple[str, ...]:
+def component_names(field: Field, geometry: Geometry) -> tuple[str, ...]:
     """Names of a field's components in the order of the file; those behind them are zero.
 
-    >>> components(STRESSES["stress"], Geometry.AXISYMMETRIC)
+    >>> component_names(STRESSES["stress"], Geometry.AXISYMMETRIC)
     ('rr', 'zz', 'tt', 'rz')
     """
     return {Rank.SCALAR: (), Rank.VECTOR: AXES[geometry], Rank.TENSOR: NAMES[geometry]}[field.rank]
@@ -119,15 +119,15 @@ def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
     known = FIELDS[place]
     if name in known:
         return name, ""
-    single = {f"{own}_{part}": (own, part) for own, field in known.items() for part in components(field, geometry)}
+    single = {f"{own}_{part}": (own, part) for own, field in known.items() for part in component_names(field, geometry)}
     require(name in single, "field", name, f"one of {[*known, *single]}")
     return single[name]
 
 
-def unit(quantity: Quantity, units: Mapping[str, str]) -> str:
+def unit_of(quantity: Quantity, units: Mapping[str, str]) -> str:
     """The unit of a quantity from a run's ``units``; in words where they do not give it.
 
-    >>> unit(Quantity.RATE, {"length": "mm"}), unit(Quantity.STRESS, {"force": "N", "length": "mm"})
+    >>> unit_of(Quantity.RATE, {"length": "mm"}), unit_of(Quantity.STRESS, {"force": "N", "length": "mm"})
     ('mm per unit of pseudo-time', 'N/mm^2')
     """
     if quantity in (Quantity.RATIO, Quantity.STATUS):
@@ -148,8 +148,8 @@ def described(geometry: Geometry, units: Mapping[str, str]) -> dict[str, dict[st
         place.value: {
             name: {
                 "meaning": field.meaning,
-                "unit": unit(field.quantity, units),
-                "components": list(components(field, geometry)),
+                "unit": unit_of(field.quantity, units),
+                "components": list(component_names(field, geometry)),
             }
             for name, field in fields.items()
         }

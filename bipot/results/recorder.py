@@ -24,12 +24,13 @@ from bipot.response import State
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
 from bipot.results.description import Parameters, describe
-from bipot.results.fields import Step
+from bipot.results.fields import StoredStep
 from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.lock import Lock
 from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
-from bipot.results.vtkhdf import FORMAT, RunFile
+from bipot.results.static import FORMAT
+from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 
@@ -143,7 +144,7 @@ class Recorder:
         line = table.line(values)
         with undisturbed():
             with self._written(self._so_far):
-                self._file.append(Step.after(accepted), line)
+                self._file.append(StoredStep.after(accepted), line)
             # It is recorded from here on, whatever comes: a second time it would be one increment too many.
             self._course = accepted.course
             self._lines.append(line)
@@ -171,7 +172,7 @@ class Recorder:
         file = opened.enter_context(creating(self.folder / FIELDS))
         (self.folder / TOOLS).unlink(missing_ok=True)
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
-        self._file.append(Step.at_start(self.system, self._course), self._header)
+        self._file.append(StoredStep.at_start(self.system, self._course), self._header)
         self._file.commit()
         replace(self._curves, self._header.encode(), ResultsError)
 

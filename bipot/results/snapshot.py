@@ -12,7 +12,7 @@ from bipot.fem.components import Components
 from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.results.drawn import Line
-from bipot.results.names import FIELDS, Place, Rank, components, split
+from bipot.results.names import FIELDS, Place, Rank, component_names, split
 from bipot.results.stored import Told
 from bipot.typing import Floats
 
@@ -73,4 +73,4 @@ class Snapshot:
     def _field(self, place: Place, name: str) -> NDArray[Any]:
         base, part = split(place, name, self.geometry)
         values = self.told(lambda run: run.field(place, base, self.step))
-        return values[:, components(FIELDS[place][base], self.geometry).index(part)] if part else values
+        return values[:, component_names(FIELDS[place][base], self.geometry).index(part)] if part else values

@@ -23,7 +23,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.response import State
 from bipot.results.drawn import Line, Lines
 from bipot.results.names import FIELDS, FORMER, GROUPS, Place
-from bipot.results.vtkhdf import FORMAT
+from bipot.results.static import FORMAT
 from bipot.tensors import components
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats

@@ -15,8 +15,8 @@ import numpy as np
 from bipot.basics.replacing import replace
 from bipot.errors import ResultsError
 from bipot.results.drawn import Line
-from bipot.results.fields import padded
-from bipot.results.vtkhdf import VERSIONS, store
+from bipot.results.fields import in_space
+from bipot.results.static import VERSIONS, store, write_cells
 from bipot.typing import Floats
 
 POLY_LINE = 4
@@ -38,16 +38,8 @@ def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> memoryview:
     points, rows = sum(lengths), np.arange(count)
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=VERSIONS) as out:
-        vtk = out.create_group("VTKHDF")
-        vtk.attrs["Version"] = np.array([2, 2])
-        vtk.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
-        sizes = {"NumberOfPoints": points, "NumberOfCells": len(lines), "NumberOfConnectivityIds": points}
-        for name, size in sizes.items():
-            store(vtk, name, [size])
-        store(vtk, "Connectivity", np.arange(points))
-        store(vtk, "Offsets", np.cumsum([0, *lengths]))
-        store(vtk, "Types", np.full(len(lines), POLY_LINE, dtype=np.uint8))
-        store(vtk, "Points", padded(np.concatenate([line.points for step in steps for line in step])))
+        vtk = write_cells(out, points, np.arange(points), np.cumsum([0, *lengths]), POLY_LINE)
+        store(vtk, "Points", in_space(np.concatenate([line.points for step in steps for line in step])))
         store(vtk, "CellData/tool", [line.tool for line in lines])
         store(vtk, "Steps/Values", times)
         store(vtk, "Steps/NumberOfParts", np.ones(count, dtype=int))

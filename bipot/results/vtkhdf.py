@@ -14,9 +14,8 @@ written together, because the cost is that of calls.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,24 +23,15 @@ from numpy.typing import ArrayLike
 from bipot.errors import ResultsError
 from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
-from bipot.laws.coulomb import CARRIES, Status
-from bipot.meshes.mesh import Mesh
-from bipot.results.description import Parameters, describe, versions
-from bipot.results.drawn import Lines
-from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields, together
-from bipot.results.names import FIELDS, GROUPS, described
+from bipot.results.description import Parameters
+from bipot.results.fields import StoredStep, cell_fields, in_space, point_fields, step_fields, together
+from bipot.results.names import FIELDS, GROUPS
 from bipot.results.nodal import Averaging
+from bipot.results.static import VERSIONS, Item, as_bytes, write_static
 from bipot.system import System
-from bipot.traction import SLIP_TOLERANCE
 
 if TYPE_CHECKING:
     import h5py
-
-# h5py types every item as group, dataset or datatype alike.
-Item = Any
-
-VERSIONS = ("earliest", "v110")
-"""Versions of HDF5's layout: the newest that VTK's readers know, without the marks that a killed writer leaves."""
 
 HISTORY = "bipot/history"
 
@@ -55,11 +45,6 @@ GROWING = (
     "bipot/steps",
 )
 """Groups whose datasets grow, beside VTKHDF/Steps."""
-
-FORMAT = 2
-"""Version of the layout, raised where an older reader would misread it. Format 1 had no averages at nodes and no
-tools."""
-
 
 OFFSETS = {group: FIELDS[place] for place, group in GROUPS.items()}
 """Fields of either group begin in the same row, so one dataset under their names gives the offset."""
@@ -89,7 +74,7 @@ class RunFile:
         import h5py
 
         out = h5py.File(file, "w", libver=VERSIONS)
-        _write_static(out, system, parameters, units)
+        write_static(out, system, parameters, units)
         return RunFile(file, out, system)
 
     @staticmethod
@@ -130,7 +115,7 @@ class RunFile:
                 self._text = rows
         return cut
 
-    def append(self, step: Step, line: str) -> None:
+    def append(self, step: StoredStep, line: str) -> None:
         """Append one step and its ``line`` of the history's text, which wait for :meth:`commit`.
 
         Raises:
@@ -169,9 +154,9 @@ class RunFile:
         self._file.failed = True
         self._waiting = {}
 
-    def _append(self, step: Step, line: str) -> None:
+    def _append(self, step: StoredStep, line: str) -> None:
         number, system = self._made, self._system
-        self._add("VTKHDF/Points", padded(step.state.nodes))
+        self._add("VTKHDF/Points", in_space(step.state.nodes))
         for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():
             self._add(f"VTKHDF/Steps/{name}", [value])
         self._add("VTKHDF/Steps/PointOffsets", [number * self._rows["Points"]])
@@ -223,70 +208,3 @@ class RunFile:
 
 def _offsets(group: str) -> str:
     return f"VTKHDF/Steps/{group}Offsets"
-
-
-def _write_static(out: Item, system: System, parameters: Parameters, units: Mapping[str, str]) -> None:
-    """Write the data that no step changes."""
-    scene = system.body.scene
-    _write_grid(out, scene.mesh)
-    own = out.create_group("bipot")
-    own.attrs["format"] = FORMAT
-    about = {
-        "parameters": dict(parameters),
-        "units": dict(units),
-        "fields": described(scene.geometry, units),
-        "scene": describe(scene),
-        "boundaries": list(scene.mesh.boundaries),
-        "versions": versions(),
-        "status": {**{s.name.lower(): int(s) for s in Status}, "no_candidate": NO_CANDIDATE},
-        "status_thresholds": (
-            f"steps/force_tol = {CARRIES:g} x largest contact force, "
-            f"steps/slip_tol = {SLIP_TOLERANCE:g} x motion of the tools in the increment, of the body where they rest"
-        ),
-    }
-    store(own, "about", as_bytes(json.dumps(about)))
-    own.create_group("steps")
-    _write_mesh(own.create_group("mesh"), scene.mesh)
-    store(own, "candidates/node", system.candidates.node)
-    store(own, "candidates/tool", system.candidates.tool)
-    lines = Lines.of(scene)
-    for name in ("points", "starts", "tool", "centres"):
-        store(own, f"tools/{name}", getattr(lines, name))
-
-
-def store(group: Item, name: str, values: ArrayLike) -> None:
-    """A dataset that does not grow, with a checksum."""
-    array = np.asarray(values)
-    # What is empty has no chunk to check.
-    group.create_dataset(name, data=array, fletcher32=True if array.size else None)
-
-
-def as_bytes(text: str) -> ArrayLike:
-    """A text as numbers, which HDF5 stores without a heap."""
-    return np.frombuffer(text.encode(), dtype=np.uint8)
-
-
-def _write_grid(file: Item, mesh: Mesh) -> None:
-    """The static part of the grid: one partition whose cells every step shares."""
-    vtk = file.create_group("VTKHDF")
-    vtk.attrs["Version"] = np.array([2, 2])
-    vtk.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
-    store(vtk, "NumberOfPoints", [len(mesh.nodes)])
-    store(vtk, "NumberOfCells", [len(mesh.elements)])
-    store(vtk, "NumberOfConnectivityIds", [mesh.elements.size])
-    store(vtk, "Connectivity", mesh.elements.ravel())
-    store(vtk, "Offsets", np.arange(len(mesh.elements) + 1) * mesh.elements.shape[1])
-    store(vtk, "Types", np.full(len(mesh.elements), mesh.element.vtk, dtype=np.uint8))
-    steps = vtk.create_group("Steps")
-    steps.attrs["NSteps"] = 0
-    for name in ("PointData", "CellData"):
-        vtk.create_group(name)
-        steps.create_group(f"{name}Offsets")
-
-
-def _write_mesh(group: Item, mesh: Mesh) -> None:
-    store(group, "nodes", mesh.nodes)
-    store(group, "elements", mesh.elements)
-    # By number, for a name may be one that HDF5 takes for a path; ``about`` has the names.
-    for number, edges in enumerate(mesh.boundaries.values()):
-        store(group, f"boundaries/{number}", edges)

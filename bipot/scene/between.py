@@ -22,6 +22,7 @@ import numpy as np
 from bipot.meshes.mesh import Mesh
 from bipot.scene.symmetry import Mirror
 from bipot.tensors import norm
+from bipot.tools.plane import angle_between, leftwards
 from bipot.tools.surfaces import Surface, Tips
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
@@ -39,6 +40,13 @@ STEPS, HALVINGS = 8, 40
 """Steps of an increment, in each of which a part enters at most once; halvings of one to find when it is too deep."""
 
 
+def uncut(mesh: Mesh, planes: Sequence[Mirror]) -> Ints:
+    """Edges or faces (f, n) of the modelled part's surface that are in none of the planes."""
+    facets = mesh.outline
+    cut = [plane.holds(mesh.nodes[facets]).all(axis=1) for plane in planes]
+    return facets[~np.any(cut, axis=0)] if cut else facets
+
+
 @dataclass(frozen=True)
 class Surroundings:
     """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it.
@@ -53,9 +61,7 @@ class Surroundings:
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Mirror], ring: bool) -> Surroundings:
         """The surface of the modelled part that is not in a plane."""
-        edges = mesh.outline
-        cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
-        edges = edges[~np.any(cut, axis=0)] if cut else edges
+        edges = uncut(mesh, planes)
         return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes, ring)
 
     def ends(self, nodes: Floats) -> Floats:
@@ -74,7 +80,7 @@ class Surroundings:
         if not len(tips.radius):
             return None
         ends = tool.own(self.ends(nodes), pose)
-        return self.nodes(self._deep(ends, tips, tool.face))
+        return first_of(self.lines, self._deep(ends, tips, tool.face))
 
     def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
         """Two neighbours on the surface between which a part of the tool comes in, or None.
@@ -85,7 +91,7 @@ class Surroundings:
         if not len(tips.radius):
             return None
         before, after = tool.own(self.ends(start), poses[0]), tool.own(self.ends(end), poses[1])
-        return self.nodes(self._deep(after, tips, tool.face) | _passed(before, after, tips, tool.face))
+        return first_of(self.lines, self._deep(after, tips, tool.face) | _passed(before, after, tips, tool.face))
 
     def _deep(self, ends: Floats, tips: Tips, surface: Surface) -> Bools:
         """Which segments (f', 2, d) have a tip too deep behind them, or are too deep in the tool."""
@@ -94,12 +100,13 @@ class Surroundings:
         out[here] |= _sunk(ends[here], tips, surface)
         return out
 
-    def nodes(self, found: Bools) -> tuple[int, int] | None:
-        """The ends of the first segment (f',) that was found."""
-        if not found.any():
-            return None
-        first = self.lines[np.argmax(found) % len(self.lines)]
-        return int(first[0]), int(first[1])
+
+def first_of(outlines: Ints, found: Bools) -> tuple[int, int] | None:
+    """Two nodes far apart on the first of the ``outlines`` (f, m) that was ``found`` (f',) on it or on an image."""
+    if not found.any():
+        return None
+    first = outlines[np.argmax(found) % len(outlines)]
+    return int(first[0]), int(first[len(first) // 2])
 
 
 class _Place(NamedTuple):
@@ -116,7 +123,7 @@ class _Place(NamedTuple):
         """Of segments (f, 2, d)."""
         along, out = ends[:, 1] - ends[:, 0], tips.centre - ends[:, :1]
         length = norm(along)[:, None]
-        outward = np.stack([along[:, 1], -along[:, 0]], axis=-1)[:, None]
+        outward = -leftwards(along)[:, None]
         allowed = DEPTH * np.minimum(length, tips.thickness)
         return _Place(np.vecdot(out, along[:, None]) / length**2, np.vecdot(out, outward) / length, allowed)
 
@@ -128,7 +135,7 @@ def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
     way = nearest - tips.centre
     far = norm(way)
     one, other = ends[:, :1] - tips.centre, ends[:, 1:] - tips.centre
-    turned = np.arctan2(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], np.vecdot(one, other)).sum(axis=0)
+    turned = angle_between(one, other).sum(axis=0)
     # Whether a centre is in the body does not depend on the segment; its depth is that behind the nearest one.
     near, inner = far == far.min(axis=0), (turned > np.pi) & (surface.distance(tips.centre).gap <= 0)
     out = inner & near & (tips.radius + far > place.allowed)

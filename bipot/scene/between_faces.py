@@ -21,7 +21,7 @@ import numpy as np
 from bipot.errors import require
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.scene.between import DEPTH
+from bipot.scene.between import DEPTH, first_of, uncut
 from bipot.scene.symmetry import Mirror
 from bipot.tensors import norm
 from bipot.tools.surfaces import Plane, Surface, Tips
@@ -51,9 +51,7 @@ class Skin:
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Mirror]) -> Skin:
         """Of the modelled part what is not in a plane."""
-        faces = mesh.outline
-        cut = [plane.holds(mesh.nodes[faces]).all(axis=1) for plane in planes]
-        faces = faces[~np.any(cut, axis=0)] if cut else faces
+        faces = uncut(mesh, planes)
         return Skin(faces[:, _around(faces.shape[1])], planes)
 
     def triangles(self, nodes: Floats) -> Floats:
@@ -67,7 +65,7 @@ class Skin:
         """Two nodes of a face behind which the tool in the ``pose`` (6,) is too deep, or None."""
         if isinstance(tool.face, Plane):
             return None
-        return self._found(_deep(tool.own(self.triangles(nodes), pose), tool.face))
+        return first_of(self.rings, _deep(tool.own(self.triangles(nodes), pose), tool.face))
 
     def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
         """Two nodes of a face behind which the tool gets too deep as nodes go from ``start`` to ``end``, or None.
@@ -91,13 +89,7 @@ class Skin:
             deep |= _deep((1 - done) * before + done * after, tool.face)
             if done == 1.0:
                 break
-        return self._found(deep)
-
-    def _found(self, deep: Bools) -> tuple[int, int] | None:
-        if not deep.any():
-            return None
-        ring = self.rings[np.argmax(deep) % len(self.rings)]
-        return int(ring[0]), int(ring[len(ring) // 2])
+        return first_of(self.rings, deep)
 
 
 def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:

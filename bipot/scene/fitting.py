@@ -24,7 +24,7 @@ from bipot.tools.profiles import Profile
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Distance, Plane, Surface
 from bipot.tools.tool import FlatTool, Sampling, Tool
-from bipot.typing import Floats, Vector
+from bipot.typing import Floats, Vector, max_abs
 
 INSIDE = 1e-9
 """Depth, over the body's size, of a driven tool in the body at rest that counts as round-off."""
@@ -194,6 +194,6 @@ def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
     for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
         good = np.shape(value) == shape and bool(np.isfinite(value).all())
         require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
-    units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))
+    units = max_abs(norm(found.normal) - 1)
     require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
     return found

@@ -22,7 +22,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.supports import Prescribed, Support, named
 from bipot.tensors import norm
 from bipot.tools.surfaces import ACROSS
-from bipot.typing import Bools, Floats, Ints, read_only
+from bipot.typing import Bools, Floats, Ints, max_abs, read_only
 
 PARALLEL = 1e-9
 """Sine of the angle up to which two directions count as one."""
@@ -163,4 +163,4 @@ def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], way
             vector = support.along(ways.shape[1])
             once = f"such that node {node} has one displacement along {named(vector)}"
             off = abs(float(np.dot(vector, moved)) - value)
-            require(off <= AGREES * float(np.abs(values).max()), "scene.supports", supports, once)
+            require(off <= AGREES * max_abs(values), "scene.supports", supports, once)

@@ -17,7 +17,6 @@ from bipot.errors import (
     require,
     require_count,
     require_number,
-    require_positive,
     require_tuple,
     require_type,
 )
@@ -30,6 +29,7 @@ from bipot.fem.strainless import require_strained
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.meshes.cells import require_sides
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout, require_layout_room
 from bipot.meshes.mesh import Mesh
@@ -266,7 +266,7 @@ def upsetting(
     """
     require_number(reduction, "reduction")
     require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
-    require_positive(height=height, diameter=diameter)
+    require_sides(height=height, diameter=diameter)
     require_count(elements, "elements")
     require_type(element, Element, "element")
     require_layout_room((elements, elements), element, layout, ("elements", "elements"))

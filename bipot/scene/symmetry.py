@@ -32,7 +32,7 @@ from bipot.tools.poses import Turn, pose_size
 from bipot.tools.reflection import across, imaged
 from bipot.tools.surfaces import ACROSS, frames
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, Vector
+from bipot.typing import Bools, Floats, Vector, max_abs
 
 PLANAR = 1e-9
 """Distance of nodes off their plane, over the body's size, that counts as round-off, however far the mesh is from the
@@ -96,7 +96,7 @@ def _require_one(plane: Mirror, other: Mirror, support: Symmetry) -> None:
     """Require that two planes are at a right angle or the same."""
     field = f"symmetry.boundary along {named(plane.normal)}"
     right = f"in the plane of the other, {other.words}, or across it at a right angle: images of images would overlap"
-    parallel = float(np.abs(frames(np.array(other.normal))[1:] @ np.array(plane.normal)).max()) <= ACROSS
+    parallel = max_abs(frames(np.array(other.normal))[1:] @ np.array(plane.normal)) <= ACROSS
     require(parallel, field, support.boundary, right)
     once = f"in the plane of the other, {other.words}: two make a periodic array"
     way = float(np.sign(np.dot(plane.normal, other.normal)))

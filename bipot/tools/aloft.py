@@ -11,7 +11,7 @@ import numpy as np
 from bipot.tensors import norm
 from bipot.tools.poses import angles_of, pose_size, turned_on
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, max_abs
 
 PARTS, TIMES = 16, 14
 """Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches.
@@ -107,7 +107,7 @@ class Way(NamedTuple):
     def turns(self) -> int:
         """How often the tool or a point turns round, rounded up, from one to TURNS."""
         own = float(norm(angles_of(self.advance)))
-        return math.ceil(np.clip(max(own, float(np.abs(self.carried.angle).max(initial=0.0))) / math.tau, 1, TURNS))
+        return math.ceil(np.clip(max(own, max_abs(self.carried.angle)) / math.tau, 1, TURNS))
 
 
 def _each(part: Floats) -> tuple[slice | None, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require_magnitude, require_positive, require_type
 from bipot.tensors import norm
+from bipot.tools.plane import angle_between, farther
 from bipot.tools.reflection import reflected
 from bipot.tools.surfaces import Distance, Surface, Tips, place
 from bipot.typing import Bools, Floats, Vector
@@ -81,13 +82,9 @@ class Circle:
     def passed(self, x: Floats, by: Floats) -> Floats:
         """As :meth:`Surface.passed`."""
         start = x - np.array(self.centre)
-        end = start + by
-        far = norm(start) + norm(end)
-        # The difference of two distances without the round-off of either; likewise the angle.
-        farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
-        across = start[..., 0] * by[..., 1] - start[..., 1] * by[..., 0]
-        turned = np.arctan2(across, np.vecdot(start, end))
-        return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
+        # Like the difference of the distances the angle is without the round-off of either.
+        turned = angle_between(start, start + by, by)
+        return self._sign * np.stack([farther(start, by), -self.radius * turned], axis=-1)
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than a point that slides so far.

@@ -108,21 +108,11 @@ class Faces:
 
     def distance(self, x: Floats, placed: Floats) -> Floats:
         """Gap (c,) to the tools in the poses ``placed`` (k, p) with parts at x (w, d), good to its round-off."""
-        return self.parts.gathered(self._distance(x, placed))
-
-    def _distance(self, x: Floats, placed: Floats) -> Floats:
-        """That of the parts (w,)."""
-        gap = np.empty(len(x))
-        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
-            gap[mine] = tool.distance(x[mine], pose)
-        return gap
+        return self.parts.gathered(self._by_tools(Tool.distance, x, placed, np.empty(len(x))))
 
     def places(self, x: Floats, placed: Floats) -> Floats:
         """Magnitude (c,) of the numbers whose difference :meth:`distance` is."""
-        out = np.empty(len(x))
-        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
-            out[mine] = tool.places(x[mine], pose)
-        return self.parts.averaged(out)
+        return self.parts.averaged(self._by_tools(Tool.places, x, placed, np.empty(len(x))))
 
     def slopes(self, x: Floats, placed: Floats) -> Floats:
         """Derivatives (w, d, d) of gap and arc of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""
@@ -137,9 +127,12 @@ class Faces:
 
     def arms(self, x: Floats, placed: Floats) -> Floats:
         """The ``arm`` (w, d) of :class:`Meeting` of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""
-        out = np.empty_like(x)
+        return self._by_tools(Tool.arm, x, placed, np.empty_like(x))
+
+    def _by_tools(self, of: Callable[[Tool, Floats, Floats], Floats], x: Floats, placed: Floats, out: Floats) -> Floats:
+        """``out`` (w, …) with what is ``of`` each tool in its pose for its parts at x (w, d)."""
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
-            out[mine] = tool.arm(x[mine], pose)
+            out[mine] = of(tool, x[mine], pose)
         return out
 
     def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
@@ -164,7 +157,7 @@ class Faces:
             slid[mine] = tool.turned(slips[1], pose + advance)
             arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
         framed = self._framed(seen.normal)
-        own = gap if self.parts.single else self._distance(going.x, going.placed)
+        own = gap if self.parts.single else self._by_tools(Tool.distance, going.x, going.placed, np.empty(len(going.x)))
         rows = _slopes(framed, own + motion[:, 0], seen.curvature)
         if motion.shape[1] == 2:
             return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)

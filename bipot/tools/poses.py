@@ -21,6 +21,7 @@ from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_num
 from bipot.paths import RAMP, Amplitude, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.driving import Moment
+from bipot.tools.plane import leftwards
 from bipot.typing import Floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
@@ -85,7 +86,7 @@ class Turn:
 
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) in the tool's frame; the effect of the turn is added, because the centre may be far away."""
-        return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(angles_of(pose))
+        return x - pose[: len(self.centre)] + self.arm(x, pose) @ _turned_by(angles_of(pose))
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
         """The motion in the tool's frame of points x (…, d) that move ``by`` (…, d) as it moves by ``advance`` (p,).
@@ -100,7 +101,7 @@ class Turn:
 
     def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """The displacement (…, d) by the turn alone of the tool's points at x (…, d) in the ``pose``."""
-        return self.arm(x, pose) @ turned_by(angles_of(advance)).T
+        return self.arm(x, pose) @ _turned_by(angles_of(advance)).T
 
     def carried(self, middle: Floats, pose: Floats, advance: Floats) -> Floats:
         """The displacement (…, d) by the turn alone of tool points whose path from ``pose`` has the ``middle`` (…, d).
@@ -115,22 +116,13 @@ class Turn:
         return crossed(self.about, arm)
 
 
-def across(vectors: Floats) -> Floats:
-    """Vectors (…, d) turned by a right angle anticlockwise.
-
-    >>> across(np.array([2.0, 1.0])).tolist()
-    [-1.0, 2.0]
-    """
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
 def crossed(spin: Floats, vectors: Floats) -> Floats:
     """spin x v (…, d) of vectors v (…, d), the ``spin`` of one number in a plane (…, 1), of three in space (…, 3).
 
     >>> crossed(np.array([3.0]), np.array([2.0, 1.0])).tolist()
     [-3.0, 6.0]
     """
-    return spin * across(vectors) if vectors.shape[-1] == 2 else np.cross(spin, vectors)
+    return spin * leftwards(vectors) if vectors.shape[-1] == 2 else np.cross(spin, vectors)
 
 
 def turned_on(axis: Floats, angle: Floats, arm: Floats) -> Floats:
@@ -163,10 +155,10 @@ def rotation(angles: Floats) -> Floats:
     if len(angles) == 1:
         (angle,) = angles
         return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return np.eye(3) + turned_by(angles)
+    return np.eye(3) + _turned_by(angles)
 
 
-def turned_by(angles: Floats) -> Floats:
+def _turned_by(angles: Floats) -> Floats:
     """Q - 1 (d, d) of :func:`rotation`, to its own round-off."""
     angle = float(norm(angles)) if len(angles) == 3 else float(angles[0])
     half = np.sin(angle / 2)

@@ -23,7 +23,7 @@ import numpy as np
 
 from bipot.tensors import norm
 from bipot.tools.surfaces import frames
-from bipot.typing import Floats
+from bipot.typing import Floats, times
 
 SMALL = 0.02
 """Sine of the angle between two normals below which k is its series, good to round-off."""
@@ -91,9 +91,9 @@ class Slip:
         sunk, cosine = np.vecdot(n, self._chord), np.vecdot(n, self.normal)
         bent = t @ C
         feet = np.eye(3) - n[:, :, None] * n[:, None] - self.gap_end[:, None, None] * C
-        by_cosine = _times(C, self.normal)
+        by_cosine = times(C, self.normal)
         h = self.normal - cosine[:, None] * n
-        by_m = _times(feet, h) - sunk[:, None] * by_cosine - cosine[:, None] * _times(C, self._chord)
+        by_m = times(feet, h) - sunk[:, None] * by_cosine - cosine[:, None] * times(C, self._chord)
         along = t @ feet - sunk[:, None, None] * bent + _spun(self._along, self.turning)
         by_b = -cosine[:, None, None] * bent + _spun(b, self.turning)
         return (
@@ -154,7 +154,3 @@ def _spun(components: Floats, turning: Floats) -> Floats:
     """How components (c, 2) of what stands still change (c, 2, 3) as the frame turns about its normal."""
     crossed = components[:, ::-1] * (1.0, -1.0)
     return crossed[..., None] * turning[:, None]
-
-
-def _times(matrices: Floats, vectors: Floats) -> Floats:
-    return (matrices @ vectors[..., None])[..., 0]

@@ -10,27 +10,14 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.basics.frozen import FrozenMap
-from bipot.errors import (
-    LARGEST_LENGTH,
-    require,
-    require_count,
-    require_magnitude,
-    require_number,
-    require_tuple,
-    require_type,
-)
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_tuple, require_type
 from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.driving import Force
+from bipot.tools.friction import Friction
 from bipot.tools.poses import Turn, pose_size, rotation
 from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
-from bipot.typing import Floats, make_floats
-
-LARGEST_MU = 1e12
-
-LARGEST_SHEAR = 1.0
-"""A body carries no more than its own shear yield stress along a surface."""
+from bipot.typing import Floats, max_abs
 
 STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 
@@ -90,7 +77,8 @@ class Tool:
     def _check(self) -> None:
         """Check the fields and convert them to plain numbers."""
         object.__setattr__(self, "travel", vector(self.travel, "tool.travel"))
-        self._check_friction()
+        for name, value in vars(Friction(self.mu, self.shear, self.mu_at, self.shear_at)).items():
+            object.__setattr__(self, name, value)
         require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
         require_type(self.driven_by, Force, "tool.driven_by", optional=True)
@@ -98,32 +86,6 @@ class Tool:
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
         different = len(set(self.candidates)) == len(self.candidates)
         require(different, "tool.candidates", self.candidates, "different boundaries")
-
-    def _check_friction(self) -> None:
-        make_floats(self, "mu", "shear")
-        for name, largest in (("mu", LARGEST_MU), ("shear", LARGEST_SHEAR)):
-            value = getattr(self, name)
-            said = f">= 0, to {largest:g} (inf {'welds' if name == 'mu' else 'caps nothing'})"
-            require(0 <= value <= largest or value == math.inf, name, value, said)
-        object.__setattr__(self, "mu_at", self._by_node("mu_at", LARGEST_MU, "finite and ", ()))
-        object.__setattr__(self, "shear_at", self._by_node("shear_at", LARGEST_SHEAR, "", (math.inf,)))
-        for name in ("mu_at", "shear_at"):
-            by_node = getattr(self, name)
-            require(not (self.welded and by_node), name, dict(by_node), "empty where mu = inf and shear = inf: welded")
-        for node, shear in self.shear_at.items():
-            bounded = math.isfinite(shear) or math.isfinite(self.mu_at.get(node, self.mu))
-            require(bounded, f"shear_at[{node}]", shear, "finite where mu = inf: a tool welds as a whole")
-
-    def _by_node(self, name: str, largest: float, said: str, beyond: tuple[float, ...]) -> FrozenMap[int, float]:
-        """The field's numbers by node, from 0 to the ``largest`` or one of those ``beyond``."""
-        by_node = getattr(self, name)
-        require_type(by_node, Mapping, name)
-        for node, value in by_node.items():
-            require_count(node, f"{name} node", 0)
-            require_number(value, f"{name}[{node}]")
-            allowed = 0 <= value <= largest or value in beyond
-            require(allowed, f"{name}[{node}]", value, f"{said}>= 0, to {largest:g}" + " or inf" * bool(beyond))
-        return FrozenMap({int(node): float(value) for node, value in by_node.items()})
 
     def _check_path(self) -> None:
         allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
@@ -143,7 +105,7 @@ class Tool:
 
     def goes_across(self, way: Floats) -> bool:
         """Whether the path has no component along a unit vector (d,), up to round-off."""
-        return float(np.abs(self.stretches @ way).max()) <= ACROSS * float(np.abs(self.stretches).max())
+        return max_abs(self.stretches @ way) <= ACROSS * max_abs(self.stretches)
 
     @property
     def welded(self) -> bool:
@@ -259,10 +221,6 @@ class FlatTool(Tool):
     def face(self) -> Plane:
         """The plane at rest."""
         return Plane(self.point, self.normal)
-
-    def offset(self, moved: Floats) -> float:
-        """n . x of the plane's points where the tool has ``moved`` (d,) since rest."""
-        return self.face.offset(moved)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ import numpy as np
 
 from bipot.errors import require
 from bipot.tensors import norm
-from bipot.tools.profiles.pieces import Pieces, Rounds, Straights, leftwards
+from bipot.tools.plane import angle_between, cross, leftwards
+from bipot.tools.profiles.pieces import ProfilePieces, Rounds, Straights
 from bipot.typing import Bools, Floats, Ints
 
 STRAIGHT = 1e-12
@@ -29,7 +30,7 @@ PARALLEL = 1e-9
 """Sides whose directions differ by less (radians) are parallel."""
 
 
-def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], closed: bool) -> Pieces:
+def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], closed: bool) -> ProfilePieces:
     """Straights and rounds of the line through ``points``, with fillets of the ``radii`` at its inner ones.
 
     Raises:
@@ -40,7 +41,7 @@ def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], clo
     sides = _sides(corners, closed)
     repeated = np.flatnonzero(norm(sides) <= FITS * np.abs(corners).max())[:1].tolist()
     require(not repeated, "profile.points", points, f"different: number {repeated} and the next are one")
-    theta = _turns(sides, closed)
+    theta = angle_between(*_beside(sides, closed))
     turning = np.flatnonzero(np.abs(theta) > STRAIGHT)
     back = turning[np.abs(theta[turning]) > np.pi - BACK].tolist()
     require(not back, "profile.points", points, f"a line that does not go back on itself, as at inner corners {back}")
@@ -56,13 +57,12 @@ def _sides(corners: Floats, closed: bool) -> Floats:
     return np.diff(corners, axis=0, append=corners[:1]) if closed else np.diff(corners, axis=0)
 
 
-def _turns(sides: Floats, closed: bool) -> Floats:
-    """Angles (m,) to the left from side to side at the inner corners."""
-    before, after = (np.roll(sides, 1, axis=0), sides) if closed else (sides[:-1], sides[1:])
-    return np.arctan2(_cross(before, after), np.vecdot(before, after))
+def _beside(sides: Floats, closed: bool) -> tuple[Floats, Floats]:
+    """The sides (m, d) before and after the inner corners."""
+    return (np.roll(sides, 1, axis=0), sides) if closed else (sides[:-1], sides[1:])
 
 
-def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: Ints) -> Pieces:
+def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: Ints) -> ProfilePieces:
     """The pieces of a line without straight corners; ``names`` (m,) are the numbers of the inner ones as given."""
     sides = _sides(corners, closed)
     length, trim = norm(sides), radius * np.tan(np.abs(theta) / 2)
@@ -74,7 +74,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
     left = np.maximum(left, 0.0)
     inner = corners if closed else corners[1:-1]
     _require_clear(corners, inner, trim, along, closed, names)
-    before, after = (np.roll(along, 1, axis=0), along) if closed else (along[:-1], along[1:])
+    before, after = _beside(along, closed)
     centre = inner - trim[:, None] * before - (turn * radius)[:, None] * leftwards(before)
     # Where it is closed the line begins with the round of its first corner.
     swept = radius * np.abs(theta)
@@ -87,7 +87,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
     starts = corners[: len(sides)] + taken[0][:, None] * along
     straights = Straights(starts, along, leftwards(along), left, low, high, begins)
     span, extent = norm(np.ptp(corners, axis=0)), max(norm(corners).max(), radius.max(initial=0.0))
-    return Pieces(rounds, straights, float(ends[-1]) if closed else np.inf, float(span), float(extent))
+    return ProfilePieces(rounds, straights, float(ends[-1]) if closed else np.inf, float(span), float(extent))
 
 
 def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, names: Ints) -> None:
@@ -103,11 +103,11 @@ def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, na
 
 def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, closed: bool, names: Ints) -> None:
     """Require that no corner is in the triangle that a fillet cuts off another."""
-    before, after = (np.roll(along, 1, axis=0), along) if closed else (along[:-1], along[1:])
+    before, after = _beside(along, closed)
     # In the oblique frame of a corner's two sides the triangle is u, v >= 0, u + v <= trim.
     to = corners - inner[:, None]
-    area = _cross(before, after)[:, None]
-    u, v = _cross(-to, after[:, None]) / area, _cross(before[:, None], to) / area
+    area = cross(before, after)[:, None]
+    u, v = cross(-to, after[:, None]) / area, cross(before[:, None], to) / area
     slack = FITS * np.abs(corners).max()
     inside = (u > -slack) & (v > -slack) & (u + v < trim[:, None] - slack) & (trim > 0)[:, None]
     # The corner itself, and the ends of its sides, are no others.
@@ -142,18 +142,13 @@ Side = tuple[Floats, Floats, Floats, Floats]
 def _meet(one: Side, other: Side) -> Bools:
     """Whether sides meet (k,), end to end or on one line too."""
     (p, d, low, high), (q, e, low_e, high_e) = one, other
-    size, area, to = norm(d) * norm(e), _cross(d, e), q - p
+    size, area, to = norm(d) * norm(e), cross(d, e), q - p
     slanted = np.abs(area) > PARALLEL * size
     safe = np.where(slanted, area, 1.0)
-    a, b = _cross(to, e) / safe, _cross(to, d) / safe
+    a, b = cross(to, e) / safe, cross(to, d) / safe
     across = slanted & (a >= low - FITS) & (a <= high + FITS) & (b >= low_e - FITS) & (b <= high_e + FITS)
     # On one line: the other's ends as multiples of the one.
-    same = ~slanted & (np.abs(_cross(to, d)) <= PARALLEL * norm(d) * np.maximum(norm(d), norm(e)))
+    same = ~slanted & (np.abs(cross(to, d)) <= PARALLEL * norm(d) * np.maximum(norm(d), norm(e)))
     ahead = np.where(same, np.vecdot(e, d), 1.0)
     ends = np.stack([np.vecdot(to, d) + k * ahead for k in (low_e, high_e)]) / np.vecdot(d, d)
     return across | (same & (ends.max(axis=0) >= low - FITS) & (ends.min(axis=0) <= high + FITS))
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """a_x b_y - a_y b_x."""
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -21,6 +21,7 @@ import numpy as np
 
 from bipot.tensors import norm
 from bipot.tools.circle import ROUND
+from bipot.tools.plane import angle_between, farther, leftwards
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints, einsum
 
@@ -56,7 +57,7 @@ class Rounds(NamedTuple):
     def angle(self, piece: Ints, out: Floats) -> Floats:
         """Angle (…) from the beginning of rounds to the directions ``out`` (…, d) from their centres."""
         begin, turn = leftwards(self.first)[piece] * self.turn[piece][..., None], self.turn[piece]
-        return -turn * _turned(begin, out)
+        return -turn * angle_between(begin, out)
 
 
 class Straights(NamedTuple):
@@ -73,9 +74,14 @@ class Straights(NamedTuple):
     high: Floats
     arc: Floats
 
+    @property
+    def ends(self) -> Floats:
+        """Ends (l, 2, d); the open ones of a line are taken to be at its first and last point."""
+        return np.stack([self.start, self.start + self.length[:, None] * self.along], axis=1)
+
 
 @dataclass(frozen=True)
-class Pieces:
+class ProfilePieces:
     """A line of m ``rounds`` and l ``straights``, numbered in this order, of the ``length`` (inf where it is open).
 
     ``span`` is the distance between its farthest corners or so, ``extent`` the magnitude of its places and lengths.
@@ -94,8 +100,7 @@ class Pieces:
     def foot(self, x: Floats) -> Foot:
         """The nearest place of points x (…, d)."""
         piece, gap = self._nearest(x)
-        m = len(self.rounds.radius)
-        round_, straight = np.minimum(piece, m - 1), np.maximum(piece - m, 0)
+        m, round_, straight = self._numbers(piece)
         along = np.vecdot(x - self.straights.start[straight], self.straights.along[straight])
         arc, normal = self.straights.arc[straight] + along, self.straights.normal[straight]
         if not m:
@@ -109,6 +114,11 @@ class Pieces:
         normal = np.where(is_round[..., None], turn[..., None] * outward, normal)
         foot = Foot(piece, gap, normal, np.where(is_round, turn / safe, 0.0), np.where(is_round, around, arc))
         return self._at_corners(x, foot)
+
+    def _numbers(self, piece: Ints) -> tuple[int, Ints, Ints]:
+        """How many rounds there are, and the numbers of pieces (…) among rounds and among straights, any for others."""
+        m = len(self.rounds.radius)
+        return m, np.minimum(piece, m - 1), np.maximum(piece - m, 0)
 
     def _at_corners(self, x: Floats, foot: Foot) -> Foot:
         """``foot``, with the middle normal where points x (…, d) are at a sharp corner: on no side of it for sure."""
@@ -124,33 +134,28 @@ class Pieces:
 
     def grown(self, piece: Ints, x: Floats, by: Floats) -> Floats:
         """Growth of gap and arc (…, 2) of points x (…, d) nearest to a ``piece`` (…) that move ``by`` (…, d)."""
-        m = len(self.rounds.radius)
-        round_, straight = np.minimum(piece, m - 1), np.maximum(piece - m, 0)
+        m, round_, straight = self._numbers(piece)
         out = einsum("...ij,...j->...i", frames(self.straights.normal[straight]), by)
         if not m:
             return out
         start, turn = x - self.rounds.centre[round_], self.rounds.turn[round_]
-        end = start + by
-        far = norm(start) + norm(end)
-        # The difference of two distances, without the round-off of either; the angle between them likewise.
-        farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
-        around = np.stack([farther, -self.rounds.radius[round_] * _turned(start, end, by)], axis=-1)
+        # Like the difference of the distances the angle is without the round-off of either.
+        around = -self.rounds.radius[round_] * angle_between(start, start + by, by)
+        around = np.stack([farther(start, by), around], axis=-1)
         return np.where((piece < m)[..., None], turn[..., None] * around, out)
 
     def beyond(self, x: Floats) -> Bools:
         """Whether the nearest place of points x (…, d) is past an open end (…)."""
         piece, _ = self._nearest(x)
-        straight = np.maximum(piece - len(self.rounds.radius), 0)
+        m, _, straight = self._numbers(piece)
         s = self.straights
         along = np.vecdot(x - s.start[straight], s.along[straight])
         past = np.maximum(-along, along - s.length[straight]) > self._near(x)
-        return past & (piece >= len(self.rounds.radius))
+        return past & (piece >= m)
 
     def drawn(self) -> Floats:
         """Points (p, d) along the line: ends of straights, and between them :data:`ROUND` to a whole circle."""
-        s = self.straights
-        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
-        parts = list(zip(s.arc.tolist(), ends, strict=True))
+        parts = list(zip(self.straights.arc.tolist(), self.straights.ends, strict=True))
         arcs, sharp = self.rounds.arc.tolist(), self.rounds.radius == 0
         parts += [(arc, self._between(k)) for k, arc in enumerate(arcs) if not sharp[k]]
         line = np.concatenate([own for _, own in sorted(parts, key=lambda part: part[0])])
@@ -160,7 +165,7 @@ class Pieces:
     def _between(self, k: int) -> Floats:
         """Points (p, d) between the ends of a round by its number."""
         first, turn = self.rounds.first[k], float(self.rounds.turn[k])
-        swept = abs(float(_turned(first, self.rounds.last[k])))
+        swept = abs(float(angle_between(first, self.rounds.last[k])))
         count = int(np.ceil(swept / (2 * np.pi) * ROUND))
         angle = -turn * swept * np.arange(1, count)[:, None] / count
         begin = turn * leftwards(first)
@@ -220,21 +225,6 @@ class Pieces:
         """Directions (m, d) from the centres to the middle of the rounds."""
         between = self.rounds.first - self.rounds.last
         return between / norm(between)[:, None]
-
-
-def leftwards(along: Floats) -> Floats:
-    """Unit vectors (…, d) turned to the left: from a tangent the normal.
-
-    >>> leftwards(np.array([-1.0, 0.0])).tolist()
-    [-0.0, -1.0]
-    """
-    return along[..., ::-1] * (-1.0, 1.0)
-
-
-def _turned(start: Floats, end: Floats, by: Floats | None = None) -> Floats:
-    """Angle (…) to the left from vectors ``start`` to ``end`` (…, d), which is ``by`` (…, d) farther where given."""
-    other = end if by is None else by
-    return np.arctan2(start[..., 0] * other[..., 1] - start[..., 1] * other[..., 0], np.vecdot(start, end))
 
 
 def _safe(part: Floats) -> Floats:

@@ -7,10 +7,8 @@ unnoticed, and gaps are distances to one line without ends.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -18,10 +16,10 @@ from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_num
 from bipot.tensors import norm
 from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
 from bipot.tools.profiles.outline import pieces_of
-from bipot.tools.profiles.pieces import Pieces
+from bipot.tools.profiles.pieces import ProfilePieces
 from bipot.tools.reflection import reflected
 from bipot.tools.surfaces import Distance, Surface, Tips, place
-from bipot.typing import Bools, Floats, Vector
+from bipot.typing import Bools, Floats, Vector, listed
 
 PLACES, HALVINGS = 7, 30
 """Starting points on each piece for the search of the tool's thickest place, and halvings of the bracket around it."""
@@ -52,11 +50,11 @@ class Profile:
     points: tuple[tuple[float, float], ...]
     fillets: float | tuple[float, ...] = 0.0
     closed: bool = False
-    pieces: Pieces = field(init=False, repr=False, compare=False)
+    pieces: ProfilePieces = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_type(self.closed, bool, "profile.closed")
-        require(_listed(self.points), "profile.points", self.points, "pairs of numbers")
+        require(listed(self.points), "profile.points", self.points, "pairs of numbers")
         points = tuple(place(point, f"profile.points[{k}]") for k, point in enumerate(self.points))
         least = 3 if self.closed else 2
         require(len(points) >= least, "profile.points", points, f"at least {least}")
@@ -152,10 +150,9 @@ class Profile:
 
     def _sides(self, span: float) -> Floats:
         """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""
-        s = self.pieces.straights
-        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
+        ends, along = self.pieces.straights.ends, self.pieces.straights.along
         if not self.closed:
-            ends[0, 0], ends[-1, 1] = ends[0, 1] - span * s.along[0], ends[-1, 0] + span * s.along[-1]
+            ends[0, 0], ends[-1, 1] = ends[0, 1] - span * along[0], ends[-1, 0] + span * along[-1]
         return ends
 
     @cached_property
@@ -190,7 +187,7 @@ class Profile:
 
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""
-        if not _listed(self.fillets):
+        if not listed(self.fillets):
             return _radius(self.fillets, "profile.fillets")
         count = len(self.points) - 2 * (not self.closed)
         require(len(self.fillets) == count, "profile.fillets", self.fillets, f"a radius, or {count}: of inner points")
@@ -201,11 +198,6 @@ class Profile:
         """Of the inner points."""
         count = len(self.points) - 2 * (not self.closed)
         return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
-
-
-def _listed(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether there are items in it: an array without an axis has none."""
-    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def _radius(value: object, field: str) -> float:

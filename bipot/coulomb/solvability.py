@@ -18,12 +18,13 @@ import numpy as np
 from scipy import sparse
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.coulomb.definite import ROUGHLY
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import ProgramError
 from bipot.tensors import FloatArray
+from bipot.typing import max_abs
 
 # A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
 _CERTAIN = 1e-7
@@ -59,7 +60,7 @@ def _largest_margin(
     """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu = ``cone``; and its
     multipliers. What is not solved is nan.
     """
-    n, on_t = columns(A), np.ones(b.size)
+    n, on_t = column_count(A), np.ones(b.size)
     if cone is not None:
         weight = np.repeat(cone, dim)
         weight[::dim], on_t = 1.0, np.tile([1.0] + [0.0] * (dim - 1), cone.size)
@@ -75,7 +76,7 @@ def _largest_margin(
         answer, _ = Clarabel(seconds=seconds).solve(program, _ACCURACY)
     except ProgramError:
         return np.nan, np.zeros(b.size)
-    margin = float(answer.x[-1]) if answer.outcome is Outcome.SOLVED else np.nan
+    margin = float(answer.x[-1]) if answer.outcome is Claim.SOLVED else np.nan
     return margin, answer.dual["margin"].ravel()
 
 
@@ -89,7 +90,7 @@ def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.cs
         unit = np.repeat(problem.contact_unit, problem.dim)
         A, b = sparse.csr_array(problem.W @ sparse.diags_array(1.0 / unit)), problem.q
     A, b = sparse.csr_array(sparse.diags_array(1.0 / unit) @ A), b / unit
-    size = float(np.abs(A.data).max(initial=0.0)) or 1.0
+    size = max_abs(A.data) or 1.0
     return sparse.csr_array(A / size), b / (float(np.linalg.norm(b)) or 1.0), unit
 
 
@@ -134,4 +135,4 @@ def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:
     """
     y = np.maximum(y, 0.0)
     work = float(b @ y)
-    return work < 0 and float(np.abs(A.T @ y).max(initial=0.0)) <= _BALANCED * -work
+    return work < 0 and max_abs(A.T @ y) <= _BALANCED * -work

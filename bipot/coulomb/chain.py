@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
-from bipot.coulomb.existence import Existence, existence
 from bipot.coulomb.fixed_point import DeSaxceFixedPoint, TrescaFixedPoint
 from bipot.coulomb.functions import NaturalMap
 from bipot.coulomb.gauss_seidel import GaussSeidel
@@ -14,6 +13,7 @@ from bipot.coulomb.modes import every_mode
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution, Outcome
+from bipot.coulomb.solvability import Existence, existence
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.errors import InfeasibleProgram, require, require_tuple, require_type
 from bipot.tensors import FloatArray

@@ -1,0 +1,44 @@
+"""How the increments of a march are solved, as its user chooses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bipot.control.landing import Locate
+from bipot.errors import require, require_count, require_tuple, require_type
+from bipot.forms import Dissipation, Form, Newton, Tangent
+from bipot.increment import Limits
+from bipot.laws.flow import Integration
+
+
+@dataclass(frozen=True)
+class Control:
+    """How increments are solved: form and fallbacks, acceptance, how often one may be halved, integration of the flow.
+
+    ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments.
+
+    Raises:
+        SceneError: a wrong type, a negative count.
+    """
+
+    form: Form = Tangent()
+    fallbacks: tuple[Form, ...] = (Newton(), Dissipation())
+    limits: Limits = Limits()
+    cuts: int = 8
+    integration: Integration = Integration.BDF2
+    locate: Locate | None = None
+
+    def __post_init__(self) -> None:
+        require_type(self.form, Form, "control.form")
+        object.__setattr__(self, "fallbacks", require_tuple(self.fallbacks, Form, "control.fallbacks"))
+        require_type(self.limits, Limits, "control.limits")
+        require_count(self.cuts, "cuts", 0)
+        require(self.cuts <= 50, "cuts", self.cuts, "at most 50: a pseudo-time has no more digits to halve")
+        require_type(self.integration, Integration, "control.integration")
+        require_type(self.locate, Locate, "control.locate", optional=True)
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """The form and its fallbacks without duplicates; the same form with other options counts as another one."""
+        forms = (self.form, *self.fallbacks)
+        return tuple(form for k, form in enumerate(forms) if form not in forms[:k])
