@@ -9,6 +9,7 @@ from bipot.iterate import Increment
 from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.tools.reflection import imaged
 
 YIELDING = 12.0
 """Of the strain at yield, from rest: where a body has long yielded."""
@@ -48,6 +49,8 @@ def strain_of(increment: Increment) -> float:
     """How far tools and supports go from each other, or from a body that supports carry, over the body's extent."""
     # Tools out of reach of the body strain nothing.
     near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
-    # Beyond a plane of symmetry, which keeps the body in its place, it is half of both.
     ways = np.concatenate([increment.tools.along, increment.travel[near]])
-    return float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
+    # Beyond a plane of symmetry, which keeps the body in its place, all goes the other way.
+    for plane in scene.planes:
+        ways = np.vstack([ways, imaged(ways, plane.normal, 0.0)])
+    return scene.calipers.strain(ways)
