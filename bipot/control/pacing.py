@@ -5,12 +5,12 @@ stability of BDF2, and an increment with an error REFUSED times the accuracy is 
 
 At rest, the first increment has a strain of YIELDING yield strains, at a kink of TURNING, at least ONSET sqrt(accuracy)
 and at most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the
-body's extent. Where a load changes or a tool turns, what that strains is not known, and the first increment is at most
-UNDRIVEN of the way to the next kink. If flow begins in it, the next one is shorter, BEGUN of it. Increments of the size
-of the yield strain have an error of the force of 1e-3 at first yield and of 1e-2 after a body has turned round, which
-decay soon. A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a metal, which the
-estimate does not contain. Where a path ends or turns sooner, or the yield strain is so large that an increment may not
-be so long, many short ones follow yielding.
+body's extent. Where a load changes, what that strains is not known, a tool that turns may only roll, and the first
+increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the next one is shorter, BEGUN of it.
+Increments of the size of the yield strain have an error of the force of 1e-3 at first yield and of 1e-2 after a body
+has turned round, which decay soon. A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a
+metal, which the estimate does not contain. Where a path ends or turns sooner, or the yield strain is so large that an
+increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Pacer:
         """The first length of a stretch of constant rates."""
         whole = Increment(system, state, target)
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
-        # What a load or a turn strains is not known beforehand.
+        # What a load strains is not known beforehand, nor whether a turn does.
         stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
         most = UNDRIVEN * stretch if strained == 0 or unknown else stretch
         if strained == 0:
