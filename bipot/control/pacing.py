@@ -88,7 +88,7 @@ class Pacer:
         whole = Increment(system, state, target)
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
         # What a load strains is not known beforehand, nor whether a turn does.
-        stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
+        stretch, unknown = target - state.tau, bool(whole.loaded or whole.tools.turned[near].any())
         most = UNDRIVEN * stretch if strained == 0 or unknown else stretch
         if strained == 0:
             return max(most, LEAST_LENGTH)

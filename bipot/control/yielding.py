@@ -31,7 +31,7 @@ def is_past_yield(increment: Increment) -> bool:
     strain = strain_of(increment) * (increment.tau - kink) / (increment.tau - begun)
     if strain == 0:
         # Loads let a body yield bit by bit to the end.
-        return not increment.new_load.any()
+        return not increment.loaded
     return strain >= far * (1 - ROUND_OFF)
 
 
