@@ -14,6 +14,7 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
@@ -173,6 +174,48 @@ def test_what_two_tools_hold_is_not_turned():
     stop = FlatTool((0.0, 0.0), (1.0, 0.0), (0.0, 0.0), ("left",), 0.0)
     by, _ = taken(replace(asked, tools=(*asked.tools, stop)))
     np.testing.assert_allclose(np.ptp(by, axis=0), 0.0, atol=1e-15)
+
+
+def spun(mu: float, axis=(0.0, 0.0, 1.0)) -> Scene:
+    """A slab welded to a lid and lying on a rail, of which one side is near a wall."""
+    wall = FlatTool((0.0, 0.5 + 0.9 * ANGLE, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 0.0), ("side",), MU)
+    rail = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), mu)
+    asked, mesh = slab(3, plate(3, 1.0), axis=axis), brick(1.0, 0.5, 0.1, 3, 2, 2)
+    back = np.array(mesh.boundaries["back"])
+    side = {"side": back[(mesh.nodes[back, 2] < 0.099).all(axis=1)]}
+    mesh = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, **side})
+    return replace(asked, mesh=mesh, tools=(wall, asked.tools[1], rail))
+
+
+@pytest.mark.parametrize(
+    ("mu", "sticks", "axis", "share"),
+    [
+        (0.3, 1.0, (0.0, 0.0, 1.0), 1.0),
+        (0.0, 1.0, (0.0, 0.0, 1.0), 1.0),
+        (0.3, 0.5, (0.0, 0.0, 1.0), 0.0),
+        (0.3, 1.0, (1.0, 0.0, 0.0), 0.0),
+    ],
+)
+def test_a_rail_on_which_a_body_slides_lets_it_turn_along_itself(mu, sticks, axis, share):
+    """Not where friction holds it there, nor about an axis in the rail."""
+
+    def forces(system):
+        rubbed = system.candidates.tool == 2
+        return rubbed[:, None] * np.array([1.0, sticks * mu, 0.0])
+
+    by, exact = taken(spun(mu, axis), forces)
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def test_what_turns_on_a_rail_rubs_on_a_ball_from_where_it_comes_to_it():
+    """A body said to rest slipped along the ball from elsewhere: the friction in its surface was 45 degrees off."""
+    asked = spun(0.0)
+    ball = ShapedTool(sphere((1.0, 0.8 + 0.9 * ANGLE, 0.05), 0.3), (0.0, 0.0, ANGLE / 2), ("side",), MU)
+    scenes = [replace(asked, tools=tools) for tools in ((ball, *asked.tools[1:]), (ball, asked.tools[1]))]
+    one, other = (list(march(scene, Schedule(1), Control(Newton(), fallbacks=())))[-1] for scene in scenes)
+    assert one.energies.friction == pytest.approx(other.energies.friction, rel=0.05)
+    np.testing.assert_allclose(one.tool_force(0), other.tool_force(0), atol=0.02 * -other.tool_force(0)[1])
+    assert max(m.energies for m in measured_in_space(Ran(scenes[0], [one], ""))) < 1e-8
 
 
 @pytest.mark.parametrize("beneath", ["plate", "barrel"])

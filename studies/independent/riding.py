@@ -8,8 +8,9 @@ of what the tools go beyond that.
 
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
-held by friction, by what of the turn is about the mean normal. Supports and planes of symmetry must hold the body along
-no direction but the axis.
+held by friction, by what of the turn is about the mean normal. So it does if no other that touches holds it, and it
+goes along their surfaces as it turns. Supports and planes of symmetry must hold the body along no direction but the
+axis.
 """
 
 from __future__ import annotations
@@ -73,21 +74,36 @@ class Ride:
         touches = np.array([self._near(j, size).any() for j in range(len(self.images))])
         often = np.where(touches, self.images, 0.0)
         often[k] = max(often[k] - 1.0, 0.0)
-        j, none = int(np.argmax(often)), np.zeros(3)
-        if often.sum() != 1.0 or not self.turns[j].any():
-            return j, none
-        weight = self._weight(j, size)[self.owner] * np.abs(self.share)
+        alone = often.sum() == 1.0 and not touches[k]
+        for j in range(len(often)):
+            turn = self._turns_by(j, size, alone) if often[j] == 1.0 else np.zeros(3)
+            spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], turn)
+            others = [i for i in range(len(often)) if often[i] and i != j]
+            if turn.any() and all(self._glides(i, spun, size) for i in others):
+                return j, turn
+        return 0, np.zeros(3)
+
+    def _turns_by(self, j: int, size: float, alone: bool) -> Floats:
+        """The turn (3,) that the j-th tool takes the body along, or none."""
+        none, weight = np.zeros(3), self._weight(j, size)[self.owner] * np.abs(self.share)
         welds, turn = bool(self.welded[self.tool == j].all()), self.turns[j]
-        if not welds and not self._holds(j):
-            return j, none
-        if not welds and (touches[k] or not self.flat[j]):
+        if not turn.any() or (not welds and not self._holds(j)):
+            return none
+        if not welds and not (alone and self.flat[j]):
             normal = _in_space(weight @ self.normal)
             turn = normal * (turn @ normal) / max(float(normal @ normal), TINY)
         own = self.place[weight > 0]
         axis = turn / max(float(np.linalg.norm(turn)), TINY)
         apart = np.abs(np.cross(_in_space(own - own.mean(axis=0)), axis)).max(initial=0.0)
         across = np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0)
-        return j, turn if apart > SAME * size and across <= SAME else none
+        return turn if apart > SAME * size and across <= SAME else none
+
+    def _glides(self, i: int, spun: Ridden, size: float) -> bool:
+        """Whether the i-th tool does not hold the body, nor hinders it from being ``spun``."""
+        met = (self._weight(i, size)[self.owner] > 0) & (self.share != 0)
+        gone = spun.after(self.place[met], np.ones((int(met.sum()), 1)))
+        along = bool((np.abs((gone * self.normal[met]).sum(axis=1)) <= SAME * size).all())
+        return along and not self._holds(i) and not bool(self.welded[self.tool == i].any())
 
     def _near(self, k: int, size: float) -> Bools:
         return (self.tool == k) & (self.gap <= TOUCHING * size)
