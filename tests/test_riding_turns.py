@@ -208,7 +208,7 @@ def test_a_rail_on_which_a_body_slides_lets_it_turn_along_itself(mu, sticks, axi
 
 
 def test_what_turns_on_a_rail_rubs_on_a_ball_from_where_it_comes_to_it():
-    """A body said to rest slipped along the ball from elsewhere: the friction in its surface was 45 degrees off."""
+    """A body said to rest slipped along the ball from elsewhere: friction was 24 degrees off, at 3.6 times the work."""
     asked = spun(0.0)
     ball = ShapedTool(sphere((1.0, 0.8 + 0.9 * ANGLE, 0.05), 0.3), (0.0, 0.0, ANGLE / 2), ("side",), MU)
     scenes = [replace(asked, tools=tools) for tools in ((ball, *asked.tools[1:]), (ball, asked.tools[1]))]
