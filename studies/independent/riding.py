@@ -8,9 +8,9 @@ of what the tools go beyond that.
 
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
-held by friction, by what of the turn is about the mean normal. So it does if no other that touches holds it, and it
-goes along their surfaces as it turns. Supports and planes of symmetry must hold the body along no direction but the
-axis.
+held by friction, by what of the turn is about the mean normal. So it does if others that touch hold it and turn alike,
+or do not hold it, and it goes along their surfaces as it turns. Supports and planes of symmetry must hold the body
+along no direction but the axis.
 """
 
 from __future__ import annotations
@@ -59,9 +59,8 @@ class Ride:
         """How what tools (k,) meet goes, of a body of the ``size``."""
         out = []
         for k in range(len(self.images)):
-            j, turn = self._turned(k, size)
-            spun = Ridden(np.zeros(len(self.held[0])), self.centre[j], turn)
-            own = (self.tool[self.owner] == j)[:, None]
+            turning, spun = self._turned(k, size)
+            own = turning[self.tool[self.owner]][:, None]
             left = replace(self, goes=self.goes - own * spun.after(self.place, np.ones((len(self.place), 1))))
             way = np.zeros(self.r.shape[1])
             for part in (1.0, 0.5):
@@ -69,19 +68,23 @@ class Ride:
             out.append(replace(spun, way=way))
         return out
 
-    def _turned(self, k: int, size: float) -> tuple[int, Floats]:
-        """Which tool turns what the k-th meets, and the turn (3,) that it takes along, or none."""
+    def _turned(self, k: int, size: float) -> tuple[Bools, Ridden]:
+        """Which tools turn what the k-th meets, and how it goes with their turn, or rests."""
         touches = np.array([self._near(j, size).any() for j in range(len(self.images))])
         often = np.where(touches, self.images, 0.0)
         often[k] = max(often[k] - 1.0, 0.0)
         alone = often.sum() == 1.0 and not touches[k]
-        for j in range(len(often)):
-            turn = self._turns_by(j, size, alone) if often[j] == 1.0 else np.zeros(3)
-            spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], turn)
-            others = [i for i in range(len(often)) if often[i] and i != j]
-            if turn.any() and all(self._glides(i, spun, size) for i in others):
-                return j, turn
-        return 0, np.zeros(3)
+        spins = [self._turns_by(j, size, alone) if often[j] else np.zeros(3) for j in range(len(often))]
+        for j in np.flatnonzero(often == 1.0).tolist():
+            spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
+            beside = np.cross(_in_space(self.centre - self.centre[j]), spins[j])
+            alike = (np.abs(beside).max(axis=1) <= SAME * size * np.abs(spins[j]).max()) & (often > 0)
+            alike &= np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
+            rest = np.flatnonzero((often > 0) & ~alike).tolist()
+            if spins[j].any() and all(self._glides(i, spun, size) for i in rest):
+                return alike, spun
+        nowhere = np.zeros(len(self.held[0]))
+        return np.zeros(len(often), dtype=bool), Ridden(nowhere, nowhere, np.zeros(3))
 
     def _turns_by(self, j: int, size: float, alone: bool) -> Floats:
         """The turn (3,) that the j-th tool takes the body along, or none."""
