@@ -16,6 +16,8 @@ pushes, as far as no other is in the way, the mean of both ways of two that sque
 Mirror images of tools beyond planes of symmetry are tools, too.
 
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
+Other tools are in its way unless they hold it and turn alike, or it slides on them and turns along their surface, with
+n . (Q - 1) a = 0 there.
 Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
 about the mean normal N_c of the tool there, theta (e . N_c), or, of a flat tool, all of it as long as nothing else
 touches the body: on a curved one that holds it, it would roll. What supports hold turns only about the one direction in
@@ -88,32 +90,59 @@ class Riding:
         for k in range(len(self.angles)):
             mine, spun, motion = tool == k, self._turning(k), self.motion
             if spun is not None:
-                j, spin = spun
+                turning, spin = spun
                 out.arm[mine], out.angle[mine], out.axis[mine] = self.place[mine] - spin.middle, spin.angle, spin.axis
-                motion = motion - (tool == j)[:, None] * spin.displacement(self.place)
+                motion = motion - turning[tool, None] * spin.displacement(self.place)
             once = self._by_others(alone if spun is None else self._taken_along(motion), k) @ self._free
             out.by[mine] = once + self._by_others(self._taken_along(motion - once), k) @ self._free / 2
         return out
 
-    def _turning(self, k: int) -> tuple[int, Spin] | None:
-        """The number of the tool that turns what the k-th meets, and how, if any does."""
+    def _turning(self, k: int) -> tuple[Bools, Spin] | None:
+        """Which tools (k,) turn what the k-th meets, and how, if any do."""
         touching = np.asarray((self._weights > 0).any(axis=1))
         others = touching * (self._images - (np.arange(len(touching)) == k))
-        j = int(np.argmax(others))
-        turn = self.candidates.scene.tools[j].turn
-        if others.sum() != 1 or turn is None or self.angles[j] == 0:
-            return None
-        weight, middle = self._weights[j], np.add(turn.centre, self.placed[j, : len(turn.centre)])
-        spin = Spin(float(self.angles[j]), turn.about, middle)
+        alone = others.sum() == 1 and not touching[k]
+        for j in np.flatnonzero(others == 1).tolist():
+            spin = self._spun(j, alone)
+            if spin is not None:
+                turning = np.arange(len(others)) == j
+                for i in np.flatnonzero((others > 0) & ~turning).tolist():
+                    turning[i] = self._turns_alike(i, spin)
+                if all(turning[i] or self._lets(i, spin) for i in np.flatnonzero(others).tolist()):
+                    return turning, spin
+        return None
+
+    def _spun(self, j: int, alone: bool) -> Spin | None:
+        """How the j-th tool turns what it holds, if it does; ``alone`` if nothing else touches the body."""
         tool = self.candidates.scene.tools[j]
-        if not tool.welded and not (isinstance(tool.face, Plane) and not touching[k]):
+        if tool.turn is None or self.angles[j] == 0:
+            return None
+        weight, middle = self._weights[j], np.add(tool.turn.centre, self.placed[j, : len(tool.turn.centre)])
+        spin = Spin(float(self.angles[j]), tool.turn.about, middle)
+        if not tool.welded and not (isinstance(tool.face, Plane) and alone):
             spin = self._twisted(spin, weight)
         holds = tool.welded or self._held[self.candidates.tool == j].all()
         touched = self.place[weight > 0]
         across = [crossed(spin.axis, vectors) for vectors in (touched - touched[0], self.held)]
         spread, beside = (float(norm(vectors).max(initial=0.0)) for vectors in across)
         fits = beside <= PARALLEL and spread > PARALLEL * self.candidates.scene.size
-        return (j, spin) if holds and fits and spin.angle != 0 else None
+        return spin if holds and fits and spin.angle != 0 else None
+
+    def _turns_alike(self, i: int, spin: Spin) -> bool:
+        """Whether the i-th tool turns what it holds by the same ``spin``."""
+        own = self._spun(i, alone=False)
+        if own is None:
+            return False
+        turned = float(norm(own.angle * own.axis - spin.angle * spin.axis))
+        beside = float(norm(crossed(spin.axis, own.middle - spin.middle)))
+        return turned <= PARALLEL * abs(spin.angle) and beside <= PARALLEL * self.candidates.scene.size
+
+    def _lets(self, i: int, spin: Spin) -> bool:
+        """Whether the i-th tool lets the body turn by a ``spin``: it holds no point, and that is along its surface."""
+        met, tool = self._weights[i] > 0, self.candidates.scene.tools[i]
+        off = np.vecdot(self.normal[met], spin.displacement(self.place[met]))
+        along = float(np.abs(off).max()) <= PARALLEL * self.candidates.scene.size
+        return along and not tool.welded and not self._held[self.candidates.tool == i].any()
 
     def _twisted(self, spin: Spin, weight: Floats) -> Spin:
         """What of it is about the normal, in the mean by the ``weight`` (w,): in a plane nothing is."""

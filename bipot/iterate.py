@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.advance import Advance
+from bipot.certificate import EPS
 from bipot.contact import supported
 from bipot.contact.closeness import LEAST_MOTION
 from bipot.contact.shear import Strength, caps
@@ -25,6 +26,11 @@ from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
 from bipot.typing import Floats, vdot
+
+
+def _largest(vectors: Floats) -> float:
+    """The length of the longest of (a, d)."""
+    return float(norm(vectors).max())
 
 
 @dataclass(frozen=True)
@@ -97,6 +103,12 @@ class Increment:
         """The change of the load on the unknowns (n,), with the body at the start: nodal loads and driving forces."""
         ahead = self.system.load(self.load_ahead, self.tau)
         return ahead if self.begins else ahead - self.system.load(self.load_before, self.start.tau)
+
+    @cached_property
+    def loaded(self) -> bool:
+        """Whether the load on the unknowns changes, by more than round-off of loads that supports take up."""
+        space, noise = self.system.body.space, EPS * (_largest(self.load_ahead) + _largest(self.load_before))
+        return bool(_largest(space.spread(self.new_load)) > noise or space.beside(self.new_load).any())
 
     @property
     def travel(self) -> Floats:

@@ -82,7 +82,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     x = increment.system.body.space.gather(pace.predict(start, increment.tau))
     if increment.system.is_kink(start.tau):
         return np.zeros_like(x)
-    same = np.array_equal(rows.gap, start.gap) and not increment.new_load.any()
+    same = np.array_equal(rows.gap, start.gap) and not increment.loaded
     if same and not rows.slip.any() and not increment.driven.any():
         return np.zeros_like(x)
     carried, rest = start.forces[:, 0] * start.gap, np.zeros_like(x)

@@ -14,12 +14,13 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.paths import Amplitude
-from bipot.scene.loads import Traction
+from bipot.scene.loads import Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
 from studies.accuracy.paced import CONTROL
+from tests.inclined import turned
 
 ACCURACY = 1e-3
 THERE_AND_BACK = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, -1.0)))
@@ -100,3 +101,14 @@ def test_half_a_body_takes_the_increments_of_the_whole():
 
     assert len(ends(bar(half=True))) > 10
     assert ends(bar(half=True)) == pytest.approx(ends(bar(half=False)), rel=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "angle"), [(1.0, 0.0), (1.0, 0.4), (1e-6, 0.0), (1e6, 0.4)])
+def test_a_load_that_supports_take_up_changes_no_increments(unit, angle):
+    """What round-off leaves of a pressure on a held wall is no load that follows yielding: it took 27, not 3."""
+    mesh = block(1.1 * unit, 0.7 * unit, 2, 2, element=Element.Q8)
+    lid = FlatTool((0.0, 0.7 * unit), (0.0, -1.0), (0.0, -0.05 * unit), ("top",), 0.2)
+    held = Support("base", 1), Support("left", 0)
+    bare = turned(Scene(mesh, Geometry.PLANE_STRAIN, steel(), held, (lid,)), angle)
+    pressed = replace(bare, loads=(Pressure("left", 77.7),))
+    assert ends(pressed) == pytest.approx(ends(bare), rel=1e-9)

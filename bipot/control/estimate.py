@@ -126,7 +126,7 @@ def _over_yield(start: State, solved: Solved) -> float:
     increment, at_yield = solved.iterate.increment, yield_strain(solved.iterate.increment.system)
     known = strain_of(increment)
     # Beside tools and supports that hardly move, loads may be what strains the body.
-    if not increment.new_load.any():
+    if not increment.loaded:
         return known / at_yield
     volume = solved.response.kinematics.volume
     own, plastic = (

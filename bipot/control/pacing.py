@@ -7,12 +7,12 @@ the accuracy is solved again, shorter, unless its estimate does not fall by that
 
 At rest, the first increment has a strain of YIELDING yield strains, at a kink of TURNING, at least ONSET sqrt(accuracy)
 and at most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the
-body's extent. Where a load changes or a tool turns, what that strains is not known, and the first increment is at most
-UNDRIVEN of the way to the next kink. If flow begins in it, the next one is shorter, BEGUN of it. Increments of the size
-of the yield strain have an error of the force of 1e-3 at first yield and of 1e-2 after a body has turned round, which
-decay soon. A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a metal, which the
-estimate does not contain. Where a path ends or turns sooner, or the yield strain is so large that an increment may not
-be so long, many short ones follow yielding.
+body's extent. Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents
+what is beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the
+next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
+yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
+smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the
+yield strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -20,11 +20,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from bipot.control.yielding import TURNING, YIELDING, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
+from bipot.tools.surfaces import Plane
 
 ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
@@ -33,7 +36,8 @@ LEAST_LENGTH = 1e-9
 """The least length in pseudo-time, far above its round-off."""
 
 UNDRIVEN = 0.05
-"""Longest first length where a load changes, a tool turns or nothing follows a path, over that of constant rates."""
+"""Longest first length where a load changes, a tool turns or is curved, or nothing follows a path, over that of
+constant rates."""
 
 AIMED, GROWTH, SHRINK = 1.05, 2.0, 0.2
 """Length aimed at over the one that the estimate allows; longest and shortest next one over the last, the longest also
@@ -103,9 +107,10 @@ class Pacer:
         """The first length of a stretch of constant rates."""
         whole = Increment(system, state, target)
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
-        # What a load or a turn strains is not known beforehand.
-        stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
-        most = UNDRIVEN * stretch if strained == 0 or unknown else stretch
+        # What a load strains is not known beforehand, nor whether a turn does, nor how much of a body a curved tool.
+        tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), target - state.tau
+        bends = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
+        most = UNDRIVEN * stretch if strained == 0 or whole.loaded or bends[near].any() else stretch
         if strained == 0:
             return max(most, LEAST_LENGTH)
         # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from bipot.contact.closeness import touches
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.tools.reflection import imaged
+from bipot.typing import Floats
 
 YIELDING = 12.0
 """Of the strain at yield, from rest: where a body has long yielded."""
@@ -27,8 +30,8 @@ def is_past_yield(increment: Increment) -> bool:
     far = (TURNING if kink > 0 else YIELDING) * yield_strain(increment.system)
     strain = strain_of(increment) * (increment.tau - kink) / (increment.tau - begun)
     if strain == 0:
-        # Loads let a body yield bit by bit to the end; what a turn strains, and when that yields, is not known.
-        return not increment.new_load.any()
+        # Loads let a body yield bit by bit to the end.
+        return not increment.loaded
     return strain >= far * (1 - ROUND_OFF)
 
 
@@ -45,9 +48,23 @@ def yield_strain(system: System) -> float:
 
 
 def strain_of(increment: Increment) -> float:
-    """How far tools and supports go from each other, or from a body that supports carry, over the body's extent."""
+    """How far tools and supports go from each other, or from a body that supports carry, over the body's extent.
+
+    A tool that turns goes differently where it meets the body from place to place.
+    """
     # Tools out of reach of the body strain nothing.
     near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
-    # Beyond a plane of symmetry, which keeps the body in its place, it is half of both.
-    ways = np.concatenate([increment.tools.along, increment.travel[near]])
-    return float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
+    ways = np.concatenate([increment.tools.along, increment.travel[near], _turning(increment)])
+    # Beyond a plane of symmetry, which keeps the body in its place, all goes the other way.
+    for plane in scene.planes:
+        ways = np.vstack([ways, imaged(ways, plane.normal, 0.0)])
+    return scene.calipers.strain(ways)
+
+
+def _turning(increment: Increment) -> Floats:
+    """How far (m, d) tools that turn go where they touch the body, or come to one that rests."""
+    contacts, start = increment.system.candidates, increment.start
+    meets = touches(np.minimum(start.gap, increment.rows.gap), contacts.scene.size)
+    tool = contacts.tool[contacts.parts.owner]
+    chosen = meets[contacts.parts.owner] & (increment.tools.turned != 0)[tool]
+    return (increment.tools.travel[tool] + increment.tools.swept(increment.tools.path))[chosen]

@@ -37,6 +37,7 @@ from bipot.meshes.sections import cylinder
 from bipot.paths import corners
 from bipot.scene.between import Surroundings
 from bipot.scene.between_faces import Skin
+from bipot.scene.calipers import Calipers
 from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Holding
@@ -161,10 +162,20 @@ class Scene:
     @cached_property
     def size(self) -> float:
         """The largest extent of the whole body along an axis, with its images beyond planes of symmetry (length)."""
+        return float(np.ptp(self._whole, axis=0).max())
+
+    @cached_property
+    def calipers(self) -> Calipers:
+        """The extents of the whole body, however it is turned."""
+        return Calipers.of(self._whole)
+
+    @property
+    def _whole(self) -> Floats:
+        """Nodes at rest, with their images beyond planes of symmetry."""
         x = self.mesh.nodes
         for plane in self.planes:
             x = np.vstack([x, plane.images(x)])
-        return float(np.ptp(x, axis=0).max())
+        return x
 
     @property
     def images(self) -> int:

@@ -8,8 +8,9 @@ of what the tools go beyond that.
 
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
-held by friction, by what of the turn is about the mean normal. Supports and planes of symmetry must hold the body along
-no direction but the axis.
+held by friction, by what of the turn is about the mean normal. So it does if others that touch hold it and turn alike,
+or do not hold it, and it goes along their surfaces as it turns. Supports and planes of symmetry must hold the body
+along no direction but the axis.
 """
 
 from __future__ import annotations
@@ -58,9 +59,8 @@ class Ride:
         """How what tools (k,) meet goes, of a body of the ``size``."""
         out = []
         for k in range(len(self.images)):
-            j, turn = self._turned(k, size)
-            spun = Ridden(np.zeros(len(self.held[0])), self.centre[j], turn)
-            own = (self.tool[self.owner] == j)[:, None]
+            turning, spun = self._turned(k, size)
+            own = turning[self.tool[self.owner]][:, None]
             left = replace(self, goes=self.goes - own * spun.after(self.place, np.ones((len(self.place), 1))))
             way = np.zeros(self.r.shape[1])
             for part in (1.0, 0.5):
@@ -68,26 +68,45 @@ class Ride:
             out.append(replace(spun, way=way))
         return out
 
-    def _turned(self, k: int, size: float) -> tuple[int, Floats]:
-        """Which tool turns what the k-th meets, and the turn (3,) that it takes along, or none."""
+    def _turned(self, k: int, size: float) -> tuple[Bools, Ridden]:
+        """Which tools turn what the k-th meets, and how it goes with their turn, or rests."""
         touches = np.array([self._near(j, size).any() for j in range(len(self.images))])
         often = np.where(touches, self.images, 0.0)
         often[k] = max(often[k] - 1.0, 0.0)
-        j, none = int(np.argmax(often)), np.zeros(3)
-        if often.sum() != 1.0 or not self.turns[j].any():
-            return j, none
-        weight = self._weight(j, size)[self.owner] * np.abs(self.share)
+        alone = often.sum() == 1.0 and not touches[k]
+        spins = [self._turns_by(j, size, alone) if often[j] else np.zeros(3) for j in range(len(often))]
+        for j in np.flatnonzero(often == 1.0).tolist():
+            spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
+            beside = np.cross(_in_space(self.centre - self.centre[j]), spins[j])
+            alike = (np.abs(beside).max(axis=1) <= SAME * size * np.abs(spins[j]).max()) & (often > 0)
+            alike &= np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
+            rest = np.flatnonzero((often > 0) & ~alike).tolist()
+            if spins[j].any() and all(self._glides(i, spun, size) for i in rest):
+                return alike, spun
+        nowhere = np.zeros(len(self.held[0]))
+        return np.zeros(len(often), dtype=bool), Ridden(nowhere, nowhere, np.zeros(3))
+
+    def _turns_by(self, j: int, size: float, alone: bool) -> Floats:
+        """The turn (3,) that the j-th tool takes the body along, or none."""
+        none, weight = np.zeros(3), self._weight(j, size)[self.owner] * np.abs(self.share)
         welds, turn = bool(self.welded[self.tool == j].all()), self.turns[j]
-        if not welds and not self._holds(j):
-            return j, none
-        if not welds and (touches[k] or not self.flat[j]):
+        if not turn.any() or (not welds and not self._holds(j)):
+            return none
+        if not welds and not (alone and self.flat[j]):
             normal = _in_space(weight @ self.normal)
             turn = normal * (turn @ normal) / max(float(normal @ normal), TINY)
         own = self.place[weight > 0]
         axis = turn / max(float(np.linalg.norm(turn)), TINY)
         apart = np.abs(np.cross(_in_space(own - own.mean(axis=0)), axis)).max(initial=0.0)
         across = np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0)
-        return j, turn if apart > SAME * size and across <= SAME else none
+        return turn if apart > SAME * size and across <= SAME else none
+
+    def _glides(self, i: int, spun: Ridden, size: float) -> bool:
+        """Whether the i-th tool does not hold the body, nor hinders it from being ``spun``."""
+        met = (self._weight(i, size)[self.owner] > 0) & (self.share != 0)
+        gone = spun.after(self.place[met], np.ones((int(met.sum()), 1)))
+        along = bool((np.abs((gone * self.normal[met]).sum(axis=1)) <= SAME * size).all())
+        return along and not self._holds(i) and not bool(self.welded[self.tool == i].any())
 
     def _near(self, k: int, size: float) -> Bools:
         return (self.tool == k) & (self.gap <= TOUCHING * size)
