@@ -230,6 +230,16 @@ def test_the_last_increments_are_longer_rather_than_one_more():
     assert lengths == pytest.approx({1.0: 1, 1.2: 1, 1.3: 1 / 2, 2.2: 1 / 2, 2.3: 1 / 3})
 
 
+def test_the_first_increment_leaves_no_short_rest():
+    """Before a mark it is up to a quarter longer, or half of the way where that is past first yield."""
+    system = system_of(cylinder(0.1, elements=2))
+    first = Pacer(1e-3).length(system, system.rest(), float("nan"), 1.0)
+    lengths = {part: Pacer(1e-3).length(system, system.rest(), float("nan"), part * first) for part in (1.2, 1.5)}
+    assert lengths == pytest.approx({1.2: 1.2 * first, 1.5: 0.75 * first})
+    fine = Pacer(1e-4).length(system, system.rest(), float("nan"), 1.0)
+    assert Pacer(1e-4).length(system, system.rest(), float("nan"), 1.5 * fine) == pytest.approx(fine)
+
+
 def test_a_body_that_is_strained_unevenly_begins_with_shorter_increments():
     """A square with bands of shear beside a block; the estimate is made here of peeq and strain alone."""
     even, uneven = (run(SCENES[name](), Schedule(accuracy=1e-3))[0] for name in ("block", "square"))

@@ -82,11 +82,12 @@ class Pacer:
         return min(self.accuracy, CHEAPEST)
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
-        """The length of the next increment towards ``target``: the rest is divided equally, except for a first one."""
-        left = target - state.tau
+        """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
+        left, least = target - state.tau, 0.0
         if math.isnan(proposed) or system.is_kink(state.tau):
-            return min(self._first(system, state, target), left)
-        return left / max(1, math.ceil(left / proposed - SLACK))
+            proposed, least = self._first(system, state, target)
+        equal = left / max(1, math.ceil(left / proposed - SLACK))
+        return equal if equal >= least else min(proposed, left)
 
     def refuses(self, estimate: float) -> bool:
         """Whether the increment is to be solved again, shorter."""
@@ -103,8 +104,8 @@ class Pacer:
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 
-    def _first(self, system: System, state: State, target: float) -> float:
-        """The first length of a stretch of constant rates."""
+    def _first(self, system: System, state: State, target: float) -> tuple[float, float]:
+        """The first length of a stretch of constant rates, and the least that passes first yield."""
         whole = Increment(system, state, target)
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
         # What a load strains is not known beforehand, nor whether a turn does, nor how much of a body a curved tool.
@@ -112,9 +113,9 @@ class Pacer:
         bends = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
         most = UNDRIVEN * stretch if strained == 0 or whole.loaded or bends[near].any() else stretch
         if strained == 0:
-            return max(most, LEAST_LENGTH)
+            return max(most, LEAST_LENGTH), 0.0
         # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.
         least = ONSET * math.sqrt(self.aim)
-        far = TURNING if state.length > 0 else YIELDING
-        strain = min(max(least, far * yield_strain(system)), GROWTH * least)
-        return max(min(strain / strained * stretch, most), LEAST_LENGTH)
+        far = (TURNING if state.length > 0 else YIELDING) * yield_strain(system)
+        strain = min(max(least, far), GROWTH * least)
+        return max(min(strain / strained * stretch, most), LEAST_LENGTH), far / strained * stretch
