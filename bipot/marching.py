@@ -155,21 +155,27 @@ def _next(shared: Shared, course: Course, target: float) -> Accepted:
 def _accurate(shared: Shared, course: Course, target: float) -> Found:
     """The increment, solved again and shorter while its error is estimated too far above what was asked."""
     found, pacer = _estimated(shared, course, _halved(shared, course, target)), shared.pacer
-    for _ in range(TRIES if pacer is not None else 0):
-        assert pacer is not None
+    if pacer is None:
+        return found
+    for _ in range(TRIES):
         if not pacer.refuses(found.estimate):
             break
         before = found.estimate
-        shorter = pacer.next(found.increment.tau - course.state.tau, found.estimate)
-        measures = {"estimate": found.estimate, "tau": found.increment.tau}
-        refused = Reason(ReasonKind.ACCURACY, f"shortened: error estimated at {found.estimate:.2g}", measures=measures)
-        again = _halved(shared, replace(course, size=shorter, uncut=shorter), target)
-        passes, reasons = found.passes + again.passes, (*found.reasons, refused, *again.reasons)
-        found = again._replace(passes=passes, reasons=reasons, cuts=found.cuts + again.cuts)
-        found = _estimated(shared, course, found)
+        shorter = pacer.next(found.increment.tau - course.state.tau, before)
+        found = _again(shared, replace(course, size=shorter, uncut=shorter), target, found)
         if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
             break
     return found
+
+
+def _again(shared: Shared, course: Course, target: float, refused: Found) -> Found:
+    """The increment of the course's length, after one that was ``refused`` for its estimate."""
+    found = _halved(shared, course, target)
+    said = f"shortened: error estimated at {refused.estimate:.2g}"
+    measures = {"estimate": refused.estimate, "tau": refused.increment.tau}
+    reasons = (*refused.reasons, Reason(ReasonKind.ACCURACY, said, measures=measures), *found.reasons)
+    passes, cuts = refused.passes + found.passes, refused.cuts + found.cuts
+    return _estimated(shared, course, found._replace(passes=passes, cuts=cuts, reasons=reasons))
 
 
 def _estimated(shared: Shared, course: Course, found: Found) -> Found:
