@@ -68,7 +68,7 @@ def test_on_coarse_meshes_errors_of_increments_cancel():
     assert accurate("coarse mu = 0.1", 1e-3).error < accurate("mu = 0.1", 1e-3).error
 
 
-@pytest.mark.parametrize(("name", "increments"), [("mu = 0.1", 9), ("ring", 7), ("q4p0 ring", 8)])
+@pytest.mark.parametrize(("name", "increments"), [("mu = 0.1", 9), ("block", 8), ("q4p0 ring", 8)])
 def test_uniform_increments_of_that_error_cost_as_much(name, increments):
     """``increments`` is the least number whose error is not above that of the accuracy: fewer err more."""
     scene, by_accuracy = SCENES[name](), accurate(name, 1e-3)

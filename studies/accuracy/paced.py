@@ -53,7 +53,7 @@ class Plan:
         return ((scene, accuracy) for scene in self.scenes for accuracy in self.accuracies)
 
 
-FAST = Plan(scenes=("block",), accuracies=(1e-3, 3e-4), most=7)
+FAST = Plan(scenes=("block",), accuracies=(1e-3, 3e-4), most=8)
 
 
 @dataclass(frozen=True)
