@@ -1,4 +1,4 @@
-"""How far a body extends between its faces: relative motion over that is a strain, the same however it is turned."""
+"""How far a body extends between its facets: relative motion over that is a strain, the same however it is turned."""
 
 from __future__ import annotations
 
@@ -8,38 +8,50 @@ import numpy as np
 
 from bipot.typing import Floats
 
+ALIKE = 9
+"""Decimals of unit normals that are one: a flat side has a normal for each facet."""
+
+AT_ONCE = 256
+"""Normals along which all nodes are measured in one product."""
+
 
 class Calipers(NamedTuple):
-    """Unit ``normals`` (f, d) of the faces of a body's convex hull, and its ``widths`` (f,) across these."""
+    """Different unit ``normals`` (f, d) of a body's outer facets, and its ``widths`` (f,) across these."""
 
     normals: Floats
     widths: Floats
 
     @staticmethod
-    def of(places: Floats) -> Calipers:
-        """Of the body whose nodes are at these ``places`` (a, d).
+    def of(facets: Floats, places: Floats) -> Calipers:
+        """Of the body with these outer ``facets``, corner by corner (f, n, d), and nodes at these ``places`` (a, d).
 
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
-        >>> sorted(Calipers.of(corners).widths.round(12).tolist())
+        >>> sorted(Calipers.of(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), corners).widths.round(12).tolist())
         [2.5, 2.5, 5.0, 5.0]
         """
-        # Imported here, because it takes long, and only increments by accuracy need it.
-        from scipy.spatial import ConvexHull
-
-        # In units of the body, so that nothing of it is small.
-        size = float(np.ptp(places, axis=0).max())
-        x = (places - places.mean(axis=0)) / size
-        hull = ConvexHull(x)
-        normals, corners = hull.equations[:, :-1], x[hull.vertices]
-        widths = np.array([np.ptp(corners @ normal) for normal in normals])
-        return Calipers(normals, widths * size)
+        normals = across(facets)
+        _, first = np.unique(normals.round(ALIKE), axis=0, return_index=True)
+        normals = normals[np.sort(first)]
+        parts = np.array_split(normals, -(-len(normals) // AT_ONCE))
+        return Calipers(normals, np.concatenate([np.ptp(places @ part.T, axis=0) for part in parts]))
 
     def strain(self, ways: Floats) -> float:
-        """The largest part, over all faces, by which motions ``ways`` (m, d) differ across one of the width there.
+        """The largest part, over all facets, by which motions ``ways`` (m, d) differ across one of the width there.
 
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
-        >>> round(Calipers.of(corners).strain(np.array([[0.0, 0.0], [-0.3, 0.4]])), 12)
+        >>> calipers = Calipers.of(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), corners)
+        >>> round(calipers.strain(np.array([[0.0, 0.0], [-0.3, 0.4]])), 12)
         0.2
         """
         apart = np.ptp(np.unique(ways, axis=0) @ self.normals.T, axis=0)
         return float((apart / self.widths).max())
+
+
+def across(facets: Floats) -> Floats:
+    """Unit normals (f, d) of edges by their ends, or of faces by their corners, (f, n, d)."""
+    along = facets[:, -1] - facets[:, 0]
+    if facets.shape[2] == 2:
+        normals = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    else:
+        normals = np.cross(facets[:, 2] - facets[:, 0], facets[:, -1] - facets[:, 1])
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)

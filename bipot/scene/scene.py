@@ -162,20 +162,24 @@ class Scene:
     @cached_property
     def size(self) -> float:
         """The largest extent of the whole body along an axis, with its images beyond planes of symmetry (length)."""
-        return float(np.ptp(self._whole, axis=0).max())
+        return float(np.ptp(self._with_images(self.mesh.nodes), axis=0).max())
 
     @cached_property
     def calipers(self) -> Calipers:
         """The extents of the whole body, however it is turned."""
-        return Calipers.of(self._whole)
-
-    @property
-    def _whole(self) -> Floats:
-        """Nodes at rest, with their images beyond planes of symmetry."""
-        x = self.mesh.nodes
+        x, outline = self.mesh.nodes, self.mesh.outline
+        facets = x[outline[:, self.mesh.element.ends]]
+        cut = np.any([plane.holds(facets).all(axis=1) for plane in self.planes], axis=0) if self.planes else False
+        facets = facets[~np.broadcast_to(cut, len(facets))]
         for plane in self.planes:
-            x = np.vstack([x, plane.images(x)])
-        return x
+            facets = np.vstack([facets, plane.images(facets)])
+        return Calipers.of(facets, self._with_images(x[np.unique(outline)]))
+
+    def _with_images(self, points: Floats) -> Floats:
+        """Points (a, d) and their images beyond planes of symmetry."""
+        for plane in self.planes:
+            points = np.vstack([points, plane.images(points)])
+        return points
 
     @property
     def images(self) -> int:
