@@ -17,7 +17,7 @@ Mirror images of tools beyond planes of symmetry are tools, too.
 
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
 Other tools are in its way unless they hold it and turn alike, or it slides on them and turns along their surface, with
-n . (Q - 1) a = 0 there.
+n . (Q - 1) a = 0 there. A tool and its mirror image turn alike about an axis across the plane.
 Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
 about the mean normal N_c of the tool there, theta (e . N_c), or, of a flat tool, all of it as long as nothing else
 touches the body: on a curved one that holds it, it would roll. What supports hold turns only about the one direction in
@@ -102,7 +102,8 @@ class Riding:
         touching = np.asarray((self._weights > 0).any(axis=1))
         others = touching * (self._images - (np.arange(len(touching)) == k))
         alone = others.sum() == 1 and not touching[k]
-        for j in np.flatnonzero(others == 1).tolist():
+        # Mirror images turn alike: an axis along which planes of symmetry hold the body is across these planes.
+        for j in np.flatnonzero(others > 0).tolist():
             spin = self._spun(j, alone)
             if spin is not None:
                 turning = np.arange(len(others)) == j

@@ -18,7 +18,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
@@ -242,6 +242,45 @@ def test_what_turns_on_a_rail_or_in_jaws_rubs_on_a_ball_from_where_it_comes_to_i
     assert one.energies.friction / pressed[1] == pytest.approx(other.energies.friction / alone[1], rel=0.1)
     np.testing.assert_allclose(pressed / pressed[1], alone / alone[1], atol=0.02)
     assert max(m.energies for m in measured_in_space(Ran(scenes[0], [one], ""))) < 1e-8
+
+
+def clamped(half: bool, mu: float = np.inf) -> Scene:
+    """A slab between two jaws that turn alike, above its plane of symmetry or as a whole, and a ball beside it."""
+    mesh = brick(1.0, 0.5, 0.05 if half else 0.1, 3, 2, 2 if half else 4)
+    x = mesh.nodes - [0.0, 0.0, 0.0 if half else 0.05]
+    back = np.array(mesh.boundaries["back"])
+    side = {"side": back[(np.abs(x[back, 2]) < 0.04).all(axis=1)]}
+    ball = ShapedTool(sphere((1.0, 0.8 + 0.9 * ANGLE, 0.0), 0.3), (0.0, 0.0, 0.0), ("side",), MU)
+
+    def jaw(name: str, height: float) -> ShapedTool:
+        face = Plane((0.0, 0.0, height), (0.0, 0.0, -np.sign(height)))
+        turn = Turn(ANGLE, (0.0, 0.0, height), axis=(0.0, 0.0, 1.0))
+        return ShapedTool(face, (0.0, 0.0, 0.0), (name,), mu, turn=turn)
+
+    tools = (ball, jaw("top", 0.05)) if half else (ball, jaw("top", 0.05), jaw("base", -0.05))
+    planes = (Symmetry("base", 2),) if half else ()
+    return Scene(Mesh(x, mesh.elements, {**mesh.boundaries, **side}), Geometry.SOLID, HARD, planes, tools)
+
+
+@pytest.mark.parametrize("mu", [0.3, np.inf])
+def test_half_of_a_body_turns_with_its_jaw_and_the_image_of_that(mu):
+    def forces(system):
+        return (system.candidates.tool == 1)[:, None] * np.array([1.0, 0.15, 0.0])
+
+    by, exact = taken(clamped(half=True, mu=mu), forces if mu < 1 else None)
+    np.testing.assert_allclose(by, exact, atol=1e-15)
+
+
+def test_half_of_a_body_that_jaws_turn_rubs_as_the_whole():
+    """Said to rest, it rubbed with five times the work in the increment in which it lands."""
+    rubbed = []
+    for half in (False, True):
+        asked = clamped(half)
+        (accepted,) = march(asked, Schedule(1), Control(Newton(), fallbacks=()))
+        assert max(m.energies for m in measured_in_space(Ran(asked, [accepted], ""))) < 1e-8
+        rubbed.append([accepted.energies.friction, *accepted.tool_force(0)])
+    assert rubbed[0][0] > 0
+    np.testing.assert_allclose(rubbed[1], rubbed[0], rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("beneath", ["plate", "barrel"])

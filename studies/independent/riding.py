@@ -10,7 +10,7 @@ Where one tool alone touches it besides k, the body turns with that about its ce
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
 held by friction, by what of the turn is about the mean normal. So it does if others that touch hold it and turn alike,
 or do not hold it, and it goes along their surfaces as it turns. Supports and planes of symmetry must hold the body
-along no direction but the axis.
+along no direction but the axis; a mirror image then turns as its tool does.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Ride:
         often[k] = max(often[k] - 1.0, 0.0)
         alone = often.sum() == 1.0 and not touches[k]
         spins = [self._turns_by(j, size, alone) if often[j] else np.zeros(3) for j in range(len(often))]
-        for j in np.flatnonzero(often == 1.0).tolist():
+        for j in np.flatnonzero(often > 0).tolist():
             spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
             beside = np.cross(_in_space(self.centre - self.centre[j]), spins[j])
             alike = (np.abs(beside).max(axis=1) <= SAME * size * np.abs(spins[j]).max()) & (often > 0)
