@@ -16,8 +16,9 @@ pushes, as far as no other is in the way, the mean of both ways of two that sque
 Mirror images of tools beyond planes of symmetry are tools, too.
 
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
-Other tools are in its way unless they hold it and turn alike, or it slides on them and turns along their surface, with
-n . (Q - 1) a = 0 there. A tool and its mirror image turn alike about an axis across the plane.
+Other tools are in its way unless they hold it and turn alike, or hold it on the axis alone, as a pivot does, or it
+slides on them and turns along their surface, as on a rail or in a bearing, where its gaps stay. A tool and its mirror
+image turn alike about an axis across the plane.
 Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
 about the mean normal N_c of the tool there, theta (e . N_c), or, of a flat tool, all of it as long as nothing else
 touches the body: on a curved one that holds it, it would roll. What supports hold turns only about the one direction in
@@ -50,6 +51,9 @@ does the certificate's law leave undecided."""
 
 PARALLEL = 1e-9
 """Directions that differ by less are one."""
+
+SLIGHT = 1e-3
+"""Of the farthest way of a turn: less off a tool's surface, or of what a tool holds, is a strain of the body."""
 
 
 class Spin(NamedTuple):
@@ -139,11 +143,13 @@ class Riding:
         return turned <= PARALLEL * abs(spin.angle) and beside <= PARALLEL * self.candidates.scene.size
 
     def _lets(self, i: int, spin: Spin) -> bool:
-        """Whether the i-th tool lets the body turn by a ``spin``: it holds no point, and that is along its surface."""
-        met, tool = self._weights[i] > 0, self.candidates.scene.tools[i]
-        off = np.vecdot(self.normal[met], spin.displacement(self.place[met]))
-        along = float(np.abs(off).max()) <= PARALLEL * self.candidates.scene.size
-        return along and not tool.welded and not self._held[self.candidates.tool == i].any()
+        """Whether the i-th tool lets the body turn by a ``spin``: along its surface, or about what it holds."""
+        met, tool, pose = self._weights[i] > 0, self.candidates.scene.tools[i], self.placed[i]
+        gone, place = spin.displacement(self.place), self.place[met]
+        off, most = norm(gone[met]), float(norm(gone).max())
+        if not tool.welded and not self._held[self.candidates.tool == i].any():
+            off = np.abs(tool.distance(place + gone[met], pose) - tool.distance(place, pose))
+        return float(off.max()) <= SLIGHT * most
 
     def _twisted(self, spin: Spin, weight: Floats) -> Spin:
         """What of it is about the normal, in the mean by the ``weight`` (w,): in a plane nothing is."""

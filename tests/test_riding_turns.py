@@ -16,14 +16,14 @@ from bipot.marching import Control, march
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
-from bipot.meshes.solids import brick
+from bipot.meshes.solids import brick, cylinder_3d
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Turn
-from bipot.tools.revolved import sphere
+from bipot.tools.revolved import roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
@@ -281,6 +281,67 @@ def test_half_of_a_body_that_jaws_turn_rubs_as_the_whole():
         rubbed.append([accepted.energies.friction, *accepted.tool_force(0)])
     assert rubbed[0][0] > 0
     np.testing.assert_allclose(rubbed[1], rubbed[0], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("node", "share"), [((0.0, 0.0, 0.0), 1.0), ((5e-4, 0.0, 0.0), 1.0), ((1.0, 0.5, 0.0), 0.0)])
+@pytest.mark.parametrize("mu", [0.3, np.inf])
+def test_a_pivot_holds_no_turn_about_itself(node, share, mu):
+    """It holds a node on the axis, or nearly there, by friction or a weld; not one beside it."""
+
+    def forces(system):
+        return (system.candidates.tool == 2)[:, None] * np.array([1.0, 0.0, 0.0])
+
+    asked = spun(0.0)
+    x = asked.mesh.nodes.copy()
+    x[np.argmin(np.linalg.norm(x - node, axis=1))] = node
+    pivot = ShapedTool(sphere((node[0], node[1], -0.1), 0.1), (0.0, 0.0, 0.0), ("base",), mu)
+    asked = replace(asked, mesh=replace(asked.mesh, nodes=x), tools=(*asked.tools[:2], pivot))
+
+    def alone(system):
+        touched = np.all(asked.mesh.nodes[system.candidates.node] == node, axis=1)
+        return forces(system) * touched[:, None]
+
+    by, exact = taken(asked, alone if mu < 1 else None)
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def shaft(bush: bool) -> Scene:
+    """A cylinder welded to a chuck that turns it, in a smooth bush or not, and a ball that comes down on its end."""
+    mesh, up, angle = cylinder_3d(1.0, 1.0, 2, 1, 2, quarter=False, inscribed=True), (0.0, 0.0, 1.0), 0.05
+    face, turn = Plane((0.0, 0.0, 0.0), up), Turn(angle, (0.0, 0.0, 0.0), axis=up)
+    chuck = ShapedTool(face, (0.0, 0.0, 0.0), ("base",), np.inf, turn=turn)
+    top = mesh.nodes[mesh.boundary_nodes("top")]
+    met = Rotation.from_rotvec([0.0, 0.0, angle]).apply(top[np.argmin(np.abs(np.hypot(*top[:, :2].T) - 0.6))])
+    ball = ShapedTool(sphere((met[0], met[1], 1.3 + 0.9 * 0.05), 0.3), (0.0, 0.0, -0.05), ("top",), MU)
+    hole = ShapedTool(roll((0.0, 0.0, 0.0), up, 1.0, concave=True), (0.0, 0.0, 0.0), ("side",), 0.0)
+    return Scene(mesh, Geometry.SOLID, HARD, (), (ball, chuck, hole) if bush else (ball, chuck))
+
+
+def test_a_shaft_turns_in_its_bush():
+    """Said to rest, because its chords are off the round, it rubbed on the ball with 15 times the work."""
+    by, exact = taken(shaft(bush=True))
+    np.testing.assert_allclose(by, exact, atol=1e-15)
+    rubbed = []
+    for bush in (False, True):
+        asked = shaft(bush)
+        (accepted,) = march(asked, Schedule(1), Control(Newton(), fallbacks=()))
+        assert max(m.energies for m in measured_in_space(Ran(asked, [accepted], ""))) < 1e-8
+        rubbed.append(accepted.energies.friction / -accepted.tool_force(0)[2])
+    assert rubbed[1] == pytest.approx(rubbed[0], rel=0.1)
+
+
+@pytest.mark.parametrize(("beside", "share"), [(0.0, 1.0), (0.1, 0.0)])
+def test_a_block_turns_on_a_peg_that_is_round_about_the_place_of_the_turn(beside, share):
+    """In a plane, by a weld; not about a place beside that."""
+    asked, radius = slab(2, plate(2, ANGLE)), 0.3
+    x, low = asked.mesh.nodes.copy(), asked.mesh.boundary_nodes("base")
+    x[low, 0] = 0.5 + 0.5 * (x[low, 0] - 0.5)
+    x[low, 1] = np.sqrt(radius**2 - (x[low, 0] - 0.5) ** 2) - radius
+    lid = replace(asked.tools[1], turn=Turn(-ANGLE, (0.5, beside - radius)))
+    peg = ShapedTool(Circle((0.5, -radius), radius), (0.0, 0.0), ("base",), 0.0)
+    stop = FlatTool((1.2, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), MU)
+    by, exact = taken(replace(asked, mesh=replace(asked.mesh, nodes=x), tools=(stop, lid, peg)))
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
 
 
 @pytest.mark.parametrize("beneath", ["plate", "barrel"])

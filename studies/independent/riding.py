@@ -9,12 +9,13 @@ of what the tools go beyond that.
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
 held by friction, by what of the turn is about the mean normal. So it does if others that touch hold it and turn alike,
-or do not hold it, and it goes along their surfaces as it turns. Supports and planes of symmetry must hold the body
-along no direction but the axis; a mirror image then turns as its tool does.
+or hold it on the axis alone, or do not hold it, and their gaps stay as it turns. Supports and planes of symmetry must
+hold the body along no direction but the axis; a mirror image then turns as its tool does.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +27,9 @@ from studies.independent.element import Bools, Floats, Ints
 SAME, TINY = 1e-9, 1e-300
 """Directions that differ by less are one; lengths that are none."""
 
+SLIGHT = 1e-3
+"""Of the farthest way of a turn: what less than that is in its way gives way."""
+
 
 @dataclass(frozen=True)
 class Ride:
@@ -35,7 +39,8 @@ class Ride:
     under it, beyond that of the supports. ``part`` (c,) is what each is of a point of the whole body, ``images`` (k,)
     are how many tools of the whole body each one is, ``held`` (s, d) directions in which supports or planes hold the
     body. The tools that are not ``flat`` (k,) have a curved face; they are to turn by ``turns`` (k, 3), by path, about
-    their ``centre`` (k, d) at the start, and nodes are at ``place`` (w, d).
+    their ``centre`` (k, d) at the start, and nodes are at ``place`` (w, d). ``gaps(k, x)`` are those of places x (m, d)
+    to the k-th tool at the start.
     """
 
     tool: Ints
@@ -54,6 +59,7 @@ class Ride:
     centre: Floats
     turns: Floats
     flat: Bools
+    gaps: Callable[[int, Floats], Floats]
 
     def ways(self, size: float) -> list[Ridden]:
         """How what tools (k,) meet goes, of a body of the ``size``."""
@@ -102,11 +108,15 @@ class Ride:
         return turn if apart > SAME * size and across <= SAME else none
 
     def _glides(self, i: int, spun: Ridden, size: float) -> bool:
-        """Whether the i-th tool does not hold the body, nor hinders it from being ``spun``."""
+        """Whether the i-th tool lets the body be ``spun``: that moves nothing that it holds, or else changes no gap."""
         met = (self._weight(i, size)[self.owner] > 0) & (self.share != 0)
-        gone = spun.after(self.place[met], np.ones((int(met.sum()), 1)))
-        along = bool((np.abs((gone * self.normal[met]).sum(axis=1)) <= SAME * size).all())
-        return along and not self._holds(i) and not bool(self.welded[self.tool == i].any())
+        gone = spun.after(self.place, np.ones((len(self.place), 1)))
+        place, most = self.place[met], float(np.linalg.norm(gone, axis=1).max())
+        if self._holds(i) or bool(self.welded[self.tool == i].any()):
+            off = np.linalg.norm(gone[met], axis=1)
+        else:
+            off = np.abs(self.gaps(i, place + gone[met]) - self.gaps(i, place))
+        return bool((off <= SLIGHT * most).all())
 
     def _near(self, k: int, size: float) -> Bools:
         return (self.tool == k) & (self.gap <= TOUCHING * size)
