@@ -16,13 +16,13 @@ pushes, as far as no other is in the way, the mean of both ways of two that sque
 Mirror images of tools beyond planes of symmetry are tools, too.
 
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
-Other tools are in its way unless they hold it and turn alike, or hold it on the axis alone, as a pivot does, or it
-slides on them and turns along their surface, as on a rail or in a bearing, where its gaps stay. A tool and its mirror
-image turn alike about an axis across the plane.
 Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
-about the mean normal N_c of the tool there, theta (e . N_c), or, of a flat tool, all of it as long as nothing else
-touches the body: on a curved one that holds it, it would roll. What supports hold turns only about the one direction in
-which they do.
+about the mean normal N_c of the tool there, theta (e . N_c), because the body would roll on the tool; or all of it, on
+a flat tool as long as nothing else touches the body, and where several tools hold it and turn alike, as jaws do. These
+may turn about other places, which is a translation. A tool and its mirror image turn alike about an axis across the
+plane. Other tools are in the way unless they hold the body on the axis alone, as a pivot does, or it slides on them and
+turns along their surface, as on a rail or in a bearing, where its gaps stay. What supports hold turns only about the
+one direction in which they do.
 
 What forces and moments make of a tool's way is not known before the increment is solved, and takes nothing along.
 """
@@ -108,39 +108,35 @@ class Riding:
         alone = others.sum() == 1 and not touching[k]
         # Mirror images turn alike: an axis along which planes of symmetry hold the body is across these planes.
         for j in np.flatnonzero(others > 0).tolist():
-            spin = self._spun(j, alone)
-            if spin is not None:
-                turning = np.arange(len(others)) == j
-                for i in np.flatnonzero((others > 0) & ~turning).tolist():
-                    turning[i] = self._turns_alike(i, spin)
+            tool = self.candidates.scene.tools[j]
+            for whole in (True, False):
+                spin = self._spun(j, whole)
+                turning = (others > 0) & [i == j or _alike(spin, self._spun(i, whole)) for i in range(len(others))]
+                held_so = tool.welded or others[turning].sum() > 1 or (alone and isinstance(tool.face, Plane))
+                if spin is None or (whole and not held_so) or not self._spreads(turning, spin):
+                    continue
                 if all(turning[i] or self._lets(i, spin) for i in np.flatnonzero(others).tolist()):
                     return turning, spin
         return None
 
-    def _spun(self, j: int, alone: bool) -> Spin | None:
-        """How the j-th tool turns what it holds, if it does; ``alone`` if nothing else touches the body."""
+    def _spun(self, j: int, whole: bool) -> Spin | None:
+        """How the j-th tool turns what it holds, if it does: by the ``whole`` turn, or as what rolls on it."""
         tool = self.candidates.scene.tools[j]
         if tool.turn is None or self.angles[j] == 0:
             return None
-        weight, middle = self._weights[j], np.add(tool.turn.centre, self.placed[j, : len(tool.turn.centre)])
+        middle = np.add(tool.turn.centre, self.placed[j, : len(tool.turn.centre)])
         spin = Spin(float(self.angles[j]), tool.turn.about, middle)
-        if not tool.welded and not (isinstance(tool.face, Plane) and alone):
-            spin = self._twisted(spin, weight)
+        if not tool.welded and not whole:
+            spin = self._twisted(spin, self._weights[j])
         holds = tool.welded or self._held[self.candidates.tool == j].all()
-        touched = self.place[weight > 0]
-        across = [crossed(spin.axis, vectors) for vectors in (touched - touched[0], self.held)]
-        spread, beside = (float(norm(vectors).max(initial=0.0)) for vectors in across)
-        fits = beside <= PARALLEL and spread > PARALLEL * self.candidates.scene.size
-        return spin if holds and fits and spin.angle != 0 else None
+        beside = float(norm(crossed(spin.axis, self.held)).max(initial=0.0))
+        return spin if holds and beside <= PARALLEL and spin.angle != 0 else None
 
-    def _turns_alike(self, i: int, spin: Spin) -> bool:
-        """Whether the i-th tool turns what it holds by the same ``spin``."""
-        own = self._spun(i, alone=False)
-        if own is None:
-            return False
-        turned = float(norm(own.angle * own.axis - spin.angle * spin.axis))
-        beside = float(norm(crossed(spin.axis, own.middle - spin.middle)))
-        return turned <= PARALLEL * abs(spin.angle) and beside <= PARALLEL * self.candidates.scene.size
+    def _spreads(self, turning: Bools, spin: Spin) -> bool:
+        """Whether what tools that are ``turning`` hold is at places apart, across the axis of the ``spin``."""
+        touched = self.place[(self._weights[turning] > 0).any(axis=0)]
+        spread = float(norm(crossed(spin.axis, touched - touched[0])).max())
+        return spread > PARALLEL * self.candidates.scene.size
 
     def _lets(self, i: int, spin: Spin) -> bool:
         """Whether the i-th tool lets the body turn by a ``spin``: along its surface, or about what it holds."""
@@ -211,3 +207,10 @@ class Riding:
         """How many tools (k,) of the whole body each one is, with its mirror images."""
         scene = self.candidates.scene
         return np.array([2.0 ** sum(not plane.cuts(tool) for plane in scene.planes) for tool in scene.tools])
+
+
+def _alike(spin: Spin | None, other: Spin | None) -> bool:
+    """Whether both turn by the same angle about the same direction: whatever their places, a translation is between."""
+    if spin is None or other is None:
+        return False
+    return float(norm(other.angle * other.axis - spin.angle * spin.axis)) <= PARALLEL * abs(spin.angle)

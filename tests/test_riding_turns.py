@@ -1,6 +1,6 @@
 """Bodies that a tool which turns takes along: what another tool meets goes with it as a rigid body."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,6 +17,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick, cylinder_3d
+from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
@@ -32,6 +33,16 @@ from studies.fuzz.solid import measured as measured_in_space
 HARD = VonMises(Elasticity(1e3, 0.0), Linear(1e4, 1.0))
 """Never yields here."""
 ANGLE, ALONG, MU = 0.02, 0.1, 0.2
+
+
+@dataclass(frozen=True)
+class Listed(Schedule):
+    """A schedule that ends its increments where it is told."""
+
+    ends: tuple[float, ...] = ()
+
+    def times(self):
+        return list(self.ends)
 
 
 def slab(dimension: int, beneath: AnyTool, angle: float = ANGLE, mu: float = np.inf, supports=(), axis=None) -> Scene:
@@ -216,10 +227,10 @@ def jawed(other: float = ANGLE, aside: float = 0.0, mu: float = np.inf) -> Scene
     return replace(asked, tools=(asked.tools[0], replace(asked.tools[1], mu=mu), jaw))
 
 
-@pytest.mark.parametrize(("other", "aside", "share"), [(ANGLE, 0.0, 1.0), (2 * ANGLE, 0.0, 0.0), (ANGLE, 0.2, 0.0)])
+@pytest.mark.parametrize(("other", "aside", "share"), [(ANGLE, 0.0, 1.0), (2 * ANGLE, 0.0, 0.0), (ANGLE, 0.2, 1.0)])
 @pytest.mark.parametrize("held", [False, True])
 def test_two_jaws_that_turn_alike_take_a_body_along_as_one(other, aside, share, held):
-    """By welds, or by friction on opposite sides; not by other angles, nor about another place."""
+    """By welds, or by friction on opposite sides; not by other angles. About another place it is translated besides."""
 
     def forces(system):
         return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.15, 0.0])
@@ -227,7 +238,7 @@ def test_two_jaws_that_turn_alike_take_a_body_along_as_one(other, aside, share, 
     asked = jawed(other, aside, 0.3 if held else np.inf)
     by, exact = taken(asked, forces if held else None)
     np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
-    if share:
+    if share and not aside:
         np.testing.assert_allclose(by, exact, atol=1e-15)
 
 
@@ -342,6 +353,58 @@ def test_a_block_turns_on_a_peg_that_is_round_about_the_place_of_the_turn(beside
     stop = FlatTool((1.2, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), MU)
     by, exact = taken(replace(asked, mesh=replace(asked.mesh, nodes=x), tools=(stop, lid, peg)))
     np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def test_jaws_that_turn_alike_about_two_places_turn_a_body_between_them():
+    """Said to rest, it rubbed on the ball with 4.4 times the work in the increment in which it lands."""
+    ball = ShapedTool(sphere((1.0, 0.8 + 0.9 * ANGLE, 0.05), 0.3), (0.0, 0.0, ANGLE / 2), ("side",), MU)
+    asked = jawed(aside=0.05)
+    asked = replace(asked, tools=(ball, *asked.tools[1:]))
+    one, many = (list(march(asked, Schedule(n), Control(Newton(), fallbacks=())))[-1] for n in (1, 8))
+    assert one.energies.friction == pytest.approx(many.energies.friction, rel=0.1)
+
+
+TURNED = (0.0, 0.0), (0.3, 0.0), (0.6, 0.4), (1.0, 1.0)
+
+
+def vice(angle: float = 2 * ANGLE, other: float | None = None) -> Scene:
+    """A strip that two flat jaws grip by friction at its near end and turn, and a peg that its far end comes to."""
+    mesh, grip = block(1.0, 0.2, 8, 2, element=Element.Q4), ((0.0, 0.0), (0.3, 1.0), (1.0, 1.0))
+    parts = {}
+    for name in ("base", "top"):
+        edges = np.array(mesh.boundaries[name])
+        near = (mesh.nodes[edges, 0] < 0.51).all(axis=1)
+        parts |= {f"near {name}": edges[near], f"far {name}": edges[~near]}
+
+    def jaw(name: str, y: float, up: float, angle: float) -> ShapedTool:
+        turn = Turn(angle, (0.0, 0.0), Amplitude(TURNED))
+        return ShapedTool(Plane((0.0, y), (0.0, up)), (0.0, 1e-3 * up), (name,), 0.3, path=grip, turn=turn)
+
+    x, y = Rotation.from_rotvec([0.0, 0.0, angle]).apply([0.875, 0.2, 0.0])[:2]
+    peg = ShapedTool(Circle((x, y + 0.3 - 0.0035), 0.3), (0.0, 0.0), ("far top",), MU)
+    tools = peg, jaw("near base", 0.0, 1.0, angle), jaw("near top", 0.2, -1.0, angle if other is None else other)
+    gripped = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, **parts})
+    return Scene(gripped, Geometry.PLANE_STRAIN, HARD, (), tools)
+
+
+@pytest.mark.parametrize(("other", "share"), [(ANGLE, 1.0), (ANGLE / 2, 0.0), (-ANGLE, 0.0)])
+def test_what_a_vice_grips_by_friction_does_not_roll_on_its_jaws(other, share):
+    def forces(system):
+        return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.1])
+
+    by, exact = taken(vice(ANGLE, other), forces)
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def test_what_a_vice_turns_to_a_peg_rubs_the_way_it_goes():
+    """Said to rest, it was pulled the other way where it lands, with 2.9 times the work."""
+    found = []
+    for times in ((0.3, 0.6, 1.0), (0.3, 0.6, 0.8, 0.9, 0.95, 1.0)):
+        steps = list(march(vice(), Listed(1, ends=times), Control(Newton(), fallbacks=())))
+        before = next(step for step in steps if step.state.tau == 0.6)
+        found.append([steps[-1].energies.friction - before.energies.friction, *steps[-1].tool_force(0)])
+    assert found[0][1] < 0
+    np.testing.assert_allclose(found[0], found[1], rtol=0.02)
 
 
 @pytest.mark.parametrize("beneath", ["plate", "barrel"])

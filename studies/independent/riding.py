@@ -8,9 +8,10 @@ of what the tools go beyond that.
 
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
-held by friction, by what of the turn is about the mean normal. So it does if others that touch hold it and turn alike,
-or hold it on the axis alone, or do not hold it, and their gaps stay as it turns. Supports and planes of symmetry must
-hold the body along no direction but the axis; a mirror image then turns as its tool does.
+held by friction, by what of the turn is about the mean normal. Several tools that hold it and turn by the same do so by
+all of that. So it does if others that touch hold it on the axis alone, or do not hold it, and their gaps stay as it
+turns. Supports and planes of symmetry must hold the body along no direction but the axis; a mirror image then turns as
+its tool does.
 """
 
 from __future__ import annotations
@@ -80,32 +81,38 @@ class Ride:
         often = np.where(touches, self.images, 0.0)
         often[k] = max(often[k] - 1.0, 0.0)
         alone = often.sum() == 1.0 and not touches[k]
-        spins = [self._turns_by(j, size, alone) if often[j] else np.zeros(3) for j in range(len(often))]
+        turns = {rolls: [self._turns_by(j, size, rolls) for j in range(len(often))] for rolls in (False, True)}
         for j in np.flatnonzero(often > 0).tolist():
-            spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
-            beside = np.cross(_in_space(self.centre - self.centre[j]), spins[j])
-            alike = (np.abs(beside).max(axis=1) <= SAME * size * np.abs(spins[j]).max()) & (often > 0)
-            alike &= np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
-            rest = np.flatnonzero((often > 0) & ~alike).tolist()
-            if spins[j].any() and all(self._glides(i, spun, size) for i in rest):
-                return alike, spun
+            for rolls, spins in turns.items():
+                spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
+                alike = np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
+                alike &= often > 0
+                welds = bool(self.welded[self.tool == j].all())
+                firm = rolls or welds or often[alike].sum() > 1.0 or (alone and self.flat[j])
+                rest = np.flatnonzero((often > 0) & ~alike).tolist()
+                held = firm and spins[j].any() and self._apart(alike, spins[j], size) > SAME * size
+                if held and all(self._glides(i, spun, size) for i in rest):
+                    return alike, spun
         nowhere = np.zeros(len(self.held[0]))
         return np.zeros(len(often), dtype=bool), Ridden(nowhere, nowhere, np.zeros(3))
 
-    def _turns_by(self, j: int, size: float, alone: bool) -> Floats:
-        """The turn (3,) that the j-th tool takes the body along, or none."""
+    def _turns_by(self, j: int, size: float, rolls: bool) -> Floats:
+        """The turn (3,) by which the j-th tool takes the body along, if that ``rolls`` on it or not, or none."""
         none, weight = np.zeros(3), self._weight(j, size)[self.owner] * np.abs(self.share)
         welds, turn = bool(self.welded[self.tool == j].all()), self.turns[j]
-        if not turn.any() or (not welds and not self._holds(j)):
+        if not turn.any() or not weight.any() or (not welds and not self._holds(j)):
             return none
-        if not welds and not (alone and self.flat[j]):
+        if rolls and not welds:
             normal = _in_space(weight @ self.normal)
             turn = normal * (turn @ normal) / max(float(normal @ normal), TINY)
-        own = self.place[weight > 0]
         axis = turn / max(float(np.linalg.norm(turn)), TINY)
-        apart = np.abs(np.cross(_in_space(own - own.mean(axis=0)), axis)).max(initial=0.0)
-        across = np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0)
-        return turn if apart > SAME * size and across <= SAME else none
+        return turn if np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0) <= SAME else none
+
+    def _apart(self, chosen: Bools, turn: Floats, size: float) -> float:
+        """How far apart across a ``turn`` (3,) is what the ``chosen`` tools (k,) take along."""
+        weights = [self._weight(j, size)[self.owner] * np.abs(self.share) for j in np.flatnonzero(chosen).tolist()]
+        own = _in_space(self.place[(np.array(weights) > 0).any(axis=0)])
+        return float(np.abs(np.cross(own - own.mean(axis=0), turn / np.linalg.norm(turn))).max(initial=0.0))
 
     def _glides(self, i: int, spun: Ridden, size: float) -> bool:
         """Whether the i-th tool lets the body be ``spun``: that moves nothing that it holds, or else changes no gap."""
