@@ -18,11 +18,11 @@ Mirror images of tools beyond planes of symmetry are tools, too.
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
 Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
 about the mean normal N_c of the tool there, theta (e . N_c), because the body would roll on the tool; or all of it, on
-a flat tool as long as nothing else touches the body, and where several tools hold it and turn alike, as jaws do. These
-may turn about other places, which is a translation. A tool and its mirror image turn alike about an axis across the
-plane. Other tools are in the way unless they hold the body on the axis alone, as a pivot does, or it slides on them and
-turns along their surface, as on a rail or in a bearing, where its gaps stay. What supports hold turns only about the
-one direction in which they do.
+a flat tool as long as nothing else touches the body, and where several tools hold it and turn alike, as jaws do, from
+more than one side. These may turn about places that are near by, which is a translation, and not as rolls do. A tool
+and its mirror image turn alike about an axis across the plane. Other tools are in the way unless they hold the body on
+the axis alone, as a pivot does, or it slides on them and turns along their surface, as on a rail or in a bearing, where
+its gaps stay. What supports hold turns only about the one direction in which they do.
 
 What forces and moments make of a tool's way is not known before the increment is solved, and takes nothing along.
 """
@@ -51,6 +51,13 @@ does the certificate's law leave undecided."""
 
 PARALLEL = 1e-9
 """Directions that differ by less are one."""
+
+BESIDE = 0.5
+"""Of how far from its axis a tool holds a body: tools whose axes are no farther apart turn it about one place. Rolls
+that carry a plate have them twice as far apart, or more."""
+
+ONE_SIDE = 0.9
+"""Length of the mean of unit normals of tools, above which all are on one side of a body, which may roll on them."""
 
 SLIGHT = 1e-3
 """Of the farthest way of a turn: less off a tool's surface, or of what a tool holds, is a strain of the body."""
@@ -111,8 +118,8 @@ class Riding:
             tool = self.candidates.scene.tools[j]
             for whole in (True, False):
                 spin = self._spun(j, whole)
-                turning = (others > 0) & [i == j or _alike(spin, self._spun(i, whole)) for i in range(len(others))]
-                held_so = tool.welded or others[turning].sum() > 1 or (alone and isinstance(tool.face, Plane))
+                turning = (others > 0) & [i == j or self._alike(spin, i, whole) for i in range(len(others))]
+                held_so = tool.welded or self._grips(turning * others) or (alone and isinstance(tool.face, Plane))
                 if spin is None or (whole and not held_so) or not self._spreads(turning, spin):
                     continue
                 if all(turning[i] or self._lets(i, spin) for i in np.flatnonzero(others).tolist()):
@@ -131,6 +138,27 @@ class Riding:
         holds = tool.welded or self._held[self.candidates.tool == j].all()
         beside = float(norm(crossed(spin.axis, self.held)).max(initial=0.0))
         return spin if holds and beside <= PARALLEL and spin.angle != 0 else None
+
+    def _alike(self, spin: Spin | None, i: int, whole: bool) -> bool:
+        """Whether the i-th tool turns what it holds by the ``spin``, about nearly the same place: rolls do not."""
+        own, held = self._spun(i, whole), self.place[self._weights[i] > 0]
+        if spin is None or own is None:
+            return False
+        turned = float(norm(own.angle * own.axis - spin.angle * spin.axis))
+        apart, reach = (crossed(spin.axis, vectors) for vectors in (own.middle - spin.middle, held - own.middle))
+        return turned <= PARALLEL * abs(spin.angle) and float(norm(apart)) <= BESIDE * float(norm(reach).max())
+
+    def _grips(self, often: Floats) -> bool:
+        """Whether tools, each so ``often`` (k,) with its mirror images, hold the body from more than one side."""
+        total = np.zeros(self.place.shape[1])
+        for i in np.flatnonzero(often).tolist():
+            normal, tool = self._weights[i] @ self.normal, self.candidates.scene.tools[i]
+            facing = normal / max(float(norm(normal)), float(np.finfo(float).tiny))
+            for plane in self.candidates.scene.planes:
+                if often[i] > 1 and not plane.cuts(tool):
+                    facing = facing - float(facing @ plane.normal) * np.array(plane.normal)
+            total += often[i] * facing
+        return bool(often.sum() > 1 and norm(total) <= ONE_SIDE * often.sum())
 
     def _spreads(self, turning: Bools, spin: Spin) -> bool:
         """Whether what tools that are ``turning`` hold is at places apart, across the axis of the ``spin``."""
@@ -207,10 +235,3 @@ class Riding:
         """How many tools (k,) of the whole body each one is, with its mirror images."""
         scene = self.candidates.scene
         return np.array([2.0 ** sum(not plane.cuts(tool) for plane in scene.planes) for tool in scene.tools])
-
-
-def _alike(spin: Spin | None, other: Spin | None) -> bool:
-    """Whether both turn by the same angle about the same direction: whatever their places, a translation is between."""
-    if spin is None or other is None:
-        return False
-    return float(norm(other.angle * other.axis - spin.angle * spin.axis)) <= PARALLEL * abs(spin.angle)

@@ -407,6 +407,49 @@ def test_what_a_vice_turns_to_a_peg_rubs_the_way_it_goes():
     np.testing.assert_allclose(found[0], found[1], rtol=0.02)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_plate_that_two_rolls_carry_goes_straight_on(dimension):
+    """They turn by the same about their own axes, and friction holds the plate on both: it rolls."""
+    asked, radius = slab(dimension, plate(dimension, 1.0)), 0.15
+    across, axis = (0.25,) * (dimension - 2), (0.0, 1.0, 0.0)
+    nowhere, inward = (0.0,) * dimension, (-1.0, *[0.0] * (dimension - 1))
+    tools: list[AnyTool] = [FlatTool((1.1, *across, 0.0), inward, nowhere, ("right",), MU)]
+    for x in (1 / 3, 2 / 3):
+        centre = (x, *across, -radius)
+        surface = Circle(centre, radius) if dimension == 2 else roll(centre, axis, radius)
+        turn = Turn(-ANGLE, centre) if dimension == 2 else Turn(ANGLE, centre, axis=axis)
+        tools.append(ShapedTool(surface, nowhere, ("base",), 0.3, turn=turn))
+
+    def forces(system):
+        return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.1, 0.0][:dimension])
+
+    by, _ = taken(replace(asked, tools=tuple(tools)), forces)
+    np.testing.assert_allclose(by, np.eye(dimension)[[0] * len(by)] * radius * np.sin(ANGLE), atol=radius * ANGLE**2)
+
+
+def test_a_plate_goes_straight_on_on_two_wheels_of_one_axle():
+    """They hold it from one side, at several places each."""
+    asked, radius, axis = slab(3, plate(3, 1.0)), 0.3, (0.0, 1.0, 0.0)
+    x, low = asked.mesh.nodes.copy(), asked.mesh.boundary_nodes("base")
+    worn = low[np.abs(x[low, 0] - 0.5) < 0.2]
+    x[worn, 2] = np.sqrt(radius**2 - (x[worn, 0] - 0.5) ** 2) - radius
+    wheel = roll((0.5, 0.0, -radius), axis, radius)
+    turn = Turn(ANGLE, (0.5, 0.0, -radius), axis=axis)
+    base, flat = np.array(asked.mesh.boundaries["base"]), asked.mesh.nodes
+    parts = {"near": base[(flat[base, 1] < 0.3).all(axis=1)], "far": base[(flat[base, 1] > 0.2).all(axis=1)]}
+    stop = FlatTool((1.1, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 0.0), ("right",), MU)
+    wheels = [ShapedTool(wheel, (0.0, 0.0, 0.0), (name,), 0.3, turn=turn) for name in parts]
+    mesh = Mesh(x, asked.mesh.elements, {**asked.mesh.boundaries, **parts})
+
+    def forces(system):
+        touching = np.isin(system.candidates.node, worn) & (system.candidates.tool > 0)
+        return touching[:, None] * np.array([1.0, 0.1, 0.0])
+
+    by, _ = taken(replace(asked, mesh=mesh, tools=(stop, *wheels)), forces)
+    np.testing.assert_allclose(np.ptp(by, axis=0), 0.0, atol=1e-15)
+    assert by[0, 0] == pytest.approx(radius * np.sin(ANGLE), rel=0.1)
+
+
 @pytest.mark.parametrize("beneath", ["plate", "barrel"])
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_the_fuzz_study_s_own_sums_have_what_turns(dimension, beneath):

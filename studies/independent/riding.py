@@ -8,10 +8,10 @@ of what the tools go beyond that.
 
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
-held by friction, by what of the turn is about the mean normal. Several tools that hold it and turn by the same do so by
-all of that. So it does if others that touch hold it on the axis alone, or do not hold it, and their gaps stay as it
-turns. Supports and planes of symmetry must hold the body along no direction but the axis; a mirror image then turns as
-its tool does.
+held by friction, by what of the turn is about the mean normal. Several tools that hold it from more sides than one and
+turn by the same about places near by do so by all of that. So it does if others that touch hold it on the axis alone,
+or do not hold it, and their gaps stay as it turns. Supports and planes of symmetry must hold the body along no
+direction but the axis; a mirror image then turns as its tool does.
 """
 
 from __future__ import annotations
@@ -27,6 +27,12 @@ from studies.independent.element import Bools, Floats, Ints
 
 SAME, TINY = 1e-9, 1e-300
 """Directions that differ by less are one; lengths that are none."""
+
+BESIDE = 0.5
+"""Of the distance of what a tool holds from its axis: tools whose axes are no farther apart turn about one place."""
+
+ONE_SIDE = 0.9
+"""Length of the mean of unit normals of tools that are all on one side."""
 
 SLIGHT = 1e-3
 """Of the farthest way of a turn: what less than that is in its way gives way."""
@@ -86,9 +92,9 @@ class Ride:
             for rolls, spins in turns.items():
                 spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
                 alike = np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
-                alike &= often > 0
+                alike &= (often > 0) & self._near_by(j, spins[j], size)
                 welds = bool(self.welded[self.tool == j].all())
-                firm = rolls or welds or often[alike].sum() > 1.0 or (alone and self.flat[j])
+                firm = rolls or welds or self._gripped(alike * often, size) or (alone and self.flat[j])
                 rest = np.flatnonzero((often > 0) & ~alike).tolist()
                 held = firm and spins[j].any() and self._apart(alike, spins[j], size) > SAME * size
                 if held and all(self._glides(i, spun, size) for i in rest):
@@ -107,6 +113,26 @@ class Ride:
             turn = normal * (turn @ normal) / max(float(normal @ normal), TINY)
         axis = turn / max(float(np.linalg.norm(turn)), TINY)
         return turn if np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0) <= SAME else none
+
+    def _gripped(self, often: Floats, size: float) -> bool:
+        """Whether normals of tools, as ``often`` (k,) as they are with images, are not all on one side."""
+        total = np.zeros(self.place.shape[1])
+        for i in np.flatnonzero(often).tolist():
+            mean = (self._weight(i, size)[self.owner] * np.abs(self.share)) @ self.normal
+            mean = mean / max(float(np.linalg.norm(mean)), TINY)
+            # With its image the part along what holds the body, here the axis alone, is cancelled.
+            along = mean @ np.linalg.pinv(self.held, rcond=1e-9) @ self.held
+            total += often[i] * (mean - along if often[i] > 1 else mean)
+        return bool(often.sum() > 1 and np.linalg.norm(total) <= ONE_SIDE * often.sum())
+
+    def _near_by(self, j: int, turn: Floats, size: float) -> Bools:
+        """Which tools (k,) turn about places nearer to that of the j-th than half as far as they hold the body."""
+        axis, out = turn / max(float(np.linalg.norm(turn)), TINY), np.zeros(len(self.images), dtype=bool)
+        for i, centre in enumerate(self.centre):
+            held = self.place[(self._weight(i, size)[self.owner] > 0) & (self.share != 0)]
+            reach = np.linalg.norm(np.cross(_in_space(held - centre), axis), axis=1).max(initial=0.0)
+            out[i] = i == j or np.linalg.norm(np.cross(_in_space(centre - self.centre[j]), axis)) <= BESIDE * reach
+        return out
 
     def _apart(self, chosen: Bools, turn: Floats, size: float) -> float:
         """How far apart across a ``turn`` (3,) is what the ``chosen`` tools (k,) take along."""
