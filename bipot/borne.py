@@ -118,9 +118,11 @@ class Riding:
             tool = self.candidates.scene.tools[j]
             for whole in (True, False):
                 spin = self._spun(j, whole)
+                if spin is None:
+                    continue
                 turning = (others > 0) & [i == j or self._alike(spin, i, whole) for i in range(len(others))]
                 held_so = tool.welded or self._grips(turning * others) or (alone and isinstance(tool.face, Plane))
-                if spin is None or (whole and not held_so) or not self._spreads(turning, spin):
+                if (whole and not held_so) or not self._spreads(turning, spin):
                     continue
                 if all(turning[i] or self._lets(i, spin) for i in np.flatnonzero(others).tolist()):
                     return turning, spin
@@ -139,11 +141,12 @@ class Riding:
         beside = float(norm(crossed(spin.axis, self.held)).max(initial=0.0))
         return spin if holds and beside <= PARALLEL and spin.angle != 0 else None
 
-    def _alike(self, spin: Spin | None, i: int, whole: bool) -> bool:
+    def _alike(self, spin: Spin, i: int, whole: bool) -> bool:
         """Whether the i-th tool turns what it holds by the ``spin``, about nearly the same place: rolls do not."""
-        own, held = self._spun(i, whole), self.place[self._weights[i] > 0]
-        if spin is None or own is None:
+        own = self._spun(i, whole)
+        if own is None:
             return False
+        held = self.place[self._weights[i] > 0]
         turned = float(norm(own.angle * own.axis - spin.angle * spin.axis))
         apart, reach = (crossed(spin.axis, vectors) for vectors in (own.middle - spin.middle, held - own.middle))
         return turned <= PARALLEL * abs(spin.angle) and float(norm(apart)) <= BESIDE * float(norm(reach).max())
