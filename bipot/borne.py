@@ -16,12 +16,13 @@ pushes, as far as no other is in the way, the mean of both ways of two that sque
 Mirror images of tools beyond planes of symmetry are tools, too.
 
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
-Other tools are in its way unless they hold it and turn alike, or it slides on them and turns along their surface, with
-n . (Q - 1) a = 0 there.
 Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
-about the mean normal N_c of the tool there, theta (e . N_c), or, of a flat tool, all of it as long as nothing else
-touches the body: on a curved one that holds it, it would roll. What supports hold turns only about the one direction in
-which they do.
+about the mean normal N_c of the tool there, theta (e . N_c), because the body would roll on the tool; or all of it, on
+a flat tool as long as nothing else touches the body, and where several tools hold it and turn alike, as jaws do, from
+more than one side. These may turn about places that are near by, which is a translation, and not as rolls do. A tool
+and its mirror image turn alike about an axis across the plane. Other tools are in the way unless they hold the body on
+the axis alone, as a pivot does, or it slides on them and turns along their surface, as on a rail or in a bearing, where
+its gaps stay. What supports hold turns only about the one direction in which they do.
 
 What forces and moments make of a tool's way is not known before the increment is solved, and takes nothing along.
 """
@@ -50,6 +51,16 @@ does the certificate's law leave undecided."""
 
 PARALLEL = 1e-9
 """Directions that differ by less are one."""
+
+BESIDE = 0.5
+"""Of how far from its axis a tool holds a body: tools whose axes are no farther apart turn it about one place. Rolls
+that carry a plate have them twice as far apart, or more."""
+
+ONE_SIDE = 0.9
+"""Length of the mean of unit normals of tools, above which all are on one side of a body, which may roll on them."""
+
+SLIGHT = 1e-3
+"""Of the farthest way of a turn: less off a tool's surface, or of what a tool holds, is a strain of the body."""
 
 
 class Spin(NamedTuple):
@@ -102,47 +113,70 @@ class Riding:
         touching = np.asarray((self._weights > 0).any(axis=1))
         others = touching * (self._images - (np.arange(len(touching)) == k))
         alone = others.sum() == 1 and not touching[k]
-        for j in np.flatnonzero(others == 1).tolist():
-            spin = self._spun(j, alone)
-            if spin is not None:
-                turning = np.arange(len(others)) == j
-                for i in np.flatnonzero((others > 0) & ~turning).tolist():
-                    turning[i] = self._turns_alike(i, spin)
+        # Mirror images turn alike: an axis along which planes of symmetry hold the body is across these planes.
+        for j in np.flatnonzero(others > 0).tolist():
+            tool = self.candidates.scene.tools[j]
+            for whole in (True, False):
+                spin = self._spun(j, whole)
+                if spin is None:
+                    continue
+                turning = (others > 0) & [i == j or self._alike(spin, i, whole) for i in range(len(others))]
+                held_so = tool.welded or self._grips(turning * others) or (alone and isinstance(tool.face, Plane))
+                if (whole and not held_so) or not self._spreads(turning, spin):
+                    continue
                 if all(turning[i] or self._lets(i, spin) for i in np.flatnonzero(others).tolist()):
                     return turning, spin
         return None
 
-    def _spun(self, j: int, alone: bool) -> Spin | None:
-        """How the j-th tool turns what it holds, if it does; ``alone`` if nothing else touches the body."""
+    def _spun(self, j: int, whole: bool) -> Spin | None:
+        """How the j-th tool turns what it holds, if it does: by the ``whole`` turn, or as what rolls on it."""
         tool = self.candidates.scene.tools[j]
         if tool.turn is None or self.angles[j] == 0:
             return None
-        weight, middle = self._weights[j], np.add(tool.turn.centre, self.placed[j, : len(tool.turn.centre)])
+        middle = np.add(tool.turn.centre, self.placed[j, : len(tool.turn.centre)])
         spin = Spin(float(self.angles[j]), tool.turn.about, middle)
-        if not tool.welded and not (isinstance(tool.face, Plane) and alone):
-            spin = self._twisted(spin, weight)
+        if not tool.welded and not whole:
+            spin = self._twisted(spin, self._weights[j])
         holds = tool.welded or self._held[self.candidates.tool == j].all()
-        touched = self.place[weight > 0]
-        across = [crossed(spin.axis, vectors) for vectors in (touched - touched[0], self.held)]
-        spread, beside = (float(norm(vectors).max(initial=0.0)) for vectors in across)
-        fits = beside <= PARALLEL and spread > PARALLEL * self.candidates.scene.size
-        return spin if holds and fits and spin.angle != 0 else None
+        beside = float(norm(crossed(spin.axis, self.held)).max(initial=0.0))
+        return spin if holds and beside <= PARALLEL and spin.angle != 0 else None
 
-    def _turns_alike(self, i: int, spin: Spin) -> bool:
-        """Whether the i-th tool turns what it holds by the same ``spin``."""
-        own = self._spun(i, alone=False)
+    def _alike(self, spin: Spin, i: int, whole: bool) -> bool:
+        """Whether the i-th tool turns what it holds by the ``spin``, about nearly the same place: rolls do not."""
+        own = self._spun(i, whole)
         if own is None:
             return False
+        held = self.place[self._weights[i] > 0]
         turned = float(norm(own.angle * own.axis - spin.angle * spin.axis))
-        beside = float(norm(crossed(spin.axis, own.middle - spin.middle)))
-        return turned <= PARALLEL * abs(spin.angle) and beside <= PARALLEL * self.candidates.scene.size
+        apart, reach = (crossed(spin.axis, vectors) for vectors in (own.middle - spin.middle, held - own.middle))
+        return turned <= PARALLEL * abs(spin.angle) and float(norm(apart)) <= BESIDE * float(norm(reach).max())
+
+    def _grips(self, often: Floats) -> bool:
+        """Whether tools, each so ``often`` (k,) with its mirror images, hold the body from more than one side."""
+        total = np.zeros(self.place.shape[1])
+        for i in np.flatnonzero(often).tolist():
+            normal, tool = self._weights[i] @ self.normal, self.candidates.scene.tools[i]
+            facing = normal / max(float(norm(normal)), float(np.finfo(float).tiny))
+            for plane in self.candidates.scene.planes:
+                if often[i] > 1 and not plane.cuts(tool):
+                    facing = facing - float(facing @ plane.normal) * np.array(plane.normal)
+            total += often[i] * facing
+        return bool(often.sum() > 1 and norm(total) <= ONE_SIDE * often.sum())
+
+    def _spreads(self, turning: Bools, spin: Spin) -> bool:
+        """Whether what tools that are ``turning`` hold is at places apart, across the axis of the ``spin``."""
+        touched = self.place[(self._weights[turning] > 0).any(axis=0)]
+        spread = float(norm(crossed(spin.axis, touched - touched[0])).max())
+        return spread > PARALLEL * self.candidates.scene.size
 
     def _lets(self, i: int, spin: Spin) -> bool:
-        """Whether the i-th tool lets the body turn by a ``spin``: it holds no point, and that is along its surface."""
-        met, tool = self._weights[i] > 0, self.candidates.scene.tools[i]
-        off = np.vecdot(self.normal[met], spin.displacement(self.place[met]))
-        along = float(np.abs(off).max()) <= PARALLEL * self.candidates.scene.size
-        return along and not tool.welded and not self._held[self.candidates.tool == i].any()
+        """Whether the i-th tool lets the body turn by a ``spin``: along its surface, or about what it holds."""
+        met, tool, pose = self._weights[i] > 0, self.candidates.scene.tools[i], self.placed[i]
+        gone, place = spin.displacement(self.place), self.place[met]
+        off, most = norm(gone[met]), float(norm(gone).max())
+        if not tool.welded and not self._held[self.candidates.tool == i].any():
+            off = np.abs(tool.distance(place + gone[met], pose) - tool.distance(place, pose))
+        return float(off.max()) <= SLIGHT * most
 
     def _twisted(self, spin: Spin, weight: Floats) -> Spin:
         """What of it is about the normal, in the mean by the ``weight`` (w,): in a plane nothing is."""

@@ -55,6 +55,19 @@ MAKERS = {
 }
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: block(64321.088860373195, 0.06432108886037319, 1, 1),
+        lambda: ring(1000.0, 1000.001, 1000.0, 1, 1),
+        lambda: ring_3d(1000.0, 1000.001, 1000.0, 2, 1, 1),
+    ],
+    ids=["sheet", "tube", "tube in space"],
+)
+def test_a_side_a_million_times_another_is_taken_whatever_its_round_off(make):
+    assert np.ptp(make().nodes, axis=0).max() > 0
+
+
 @pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 @pytest.mark.parametrize("element", elements_of(2))
 def test_a_mesh_that_memory_has_no_room_for_is_refused_by_name(make, element):

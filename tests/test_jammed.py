@@ -15,7 +15,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
@@ -108,3 +108,50 @@ def test_a_brick_is_told_as_well():
 def test_tools_that_leave_the_node_a_way_are_not_blamed(changes):
     said = words(pressed((1.2, 1.2), **changes))
     assert said is None or "jammed" not in said
+
+
+SLOPE = 0.5
+
+
+def sloping(mu: float, dimension: int = 2, goes: float = 0.0) -> Scene:
+    """A block under a lid that slopes up to a wall, which holds the block along, and comes nearer to that."""
+    mesh = block(1.0, 1.0, 3, 3, element=Element.Q4) if dimension == 2 else brick(1.0, 1.0, 1.0, 2, 1, 2)
+    x = mesh.nodes.copy()
+    x[:, -1] *= 1 + np.tan(SLOPE) * x[:, 0]
+    across = (0.0,) * (dimension - 2)
+    normal = (float(np.sin(SLOPE)), *across, -float(np.cos(SLOPE)))
+    lid = FlatTool((0.0, *across, 1.0), normal, (0.02, *across, 0.0), ("top",), mu)
+    wall = Prescribed("right", 0, goes) if goes else Support("right", 0)
+    held = Support("base", dimension - 1), wall, *[Support("front", 1)] * (dimension - 2)
+    flat = Geometry.PLANE_STRAIN if dimension == 2 else Geometry.SOLID
+    return Scene(Mesh(x, mesh.elements, mesh.boundaries), flat, SOFT, held, (lid,))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("part", [0.97, 1.03])
+def test_a_node_between_a_tool_and_its_support_is_named(part, dimension):
+    """Of r (sin a, -cos a) and friction, what is across the support is upward, the way out, where mu is below cot a."""
+    said = words(sloping(part / np.tan(SLOPE), dimension))
+    assert (said is None) == (part < 1)
+    if said is not None:
+        assert "is jammed between tools[0] and what holds it" in said
+        assert f"less than {1 / np.tan(SLOPE):.4g}" in said
+
+
+def test_a_support_that_goes_along_with_the_tool_jams_nothing():
+    assert words(sloping(1.5 / np.tan(SLOPE), goes=0.02)) is None
+
+
+@pytest.mark.parametrize("part", [0.97, 1.03])
+def test_a_node_between_a_tool_and_its_mirror_image_is_named(part):
+    """Two jaws of a groove close on the point of a body of which a half is modelled."""
+    mesh, slope = block(1.0, 1.0, 3, 3, element=Element.Q4), 0.3
+    x = mesh.nodes.copy()
+    x[:, 1] += np.tan(slope) * x[:, 0] * (1 - x[:, 1])
+    up = (-float(np.sin(slope)), float(np.cos(slope)))
+    jaw = FlatTool((0.0, 0.0), up, (-0.03, 0.0), ("base",), float(part / np.tan(slope)))
+    lid = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), 0.0)
+    half = Mesh(x, mesh.elements, mesh.boundaries)
+    said = words(Scene(half, Geometry.PLANE_STRAIN, SOFT, (Symmetry("left", 0),), (jaw, lid)))
+    assert (said is None) == (part < 1)
+    assert said is None or "Node 0 is jammed between tools[0] and what holds it" in said

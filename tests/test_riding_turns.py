@@ -1,6 +1,6 @@
 """Bodies that a tool which turns takes along: what another tool meets goes with it as a rigid body."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -16,14 +16,15 @@ from bipot.marching import Control, march
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
-from bipot.meshes.solids import brick
+from bipot.meshes.solids import brick, cylinder_3d
+from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Turn
-from bipot.tools.revolved import sphere
+from bipot.tools.revolved import roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
@@ -32,6 +33,16 @@ from studies.fuzz.solid import measured as measured_in_space
 HARD = VonMises(Elasticity(1e3, 0.0), Linear(1e4, 1.0))
 """Never yields here."""
 ANGLE, ALONG, MU = 0.02, 0.1, 0.2
+
+
+@dataclass(frozen=True)
+class Listed(Schedule):
+    """A schedule that ends its increments where it is told."""
+
+    ends: tuple[float, ...] = ()
+
+    def times(self):
+        return list(self.ends)
 
 
 def slab(dimension: int, beneath: AnyTool, angle: float = ANGLE, mu: float = np.inf, supports=(), axis=None) -> Scene:
@@ -216,10 +227,10 @@ def jawed(other: float = ANGLE, aside: float = 0.0, mu: float = np.inf) -> Scene
     return replace(asked, tools=(asked.tools[0], replace(asked.tools[1], mu=mu), jaw))
 
 
-@pytest.mark.parametrize(("other", "aside", "share"), [(ANGLE, 0.0, 1.0), (2 * ANGLE, 0.0, 0.0), (ANGLE, 0.2, 0.0)])
+@pytest.mark.parametrize(("other", "aside", "share"), [(ANGLE, 0.0, 1.0), (2 * ANGLE, 0.0, 0.0), (ANGLE, 0.2, 1.0)])
 @pytest.mark.parametrize("held", [False, True])
 def test_two_jaws_that_turn_alike_take_a_body_along_as_one(other, aside, share, held):
-    """By welds, or by friction on opposite sides; not by other angles, nor about another place."""
+    """By welds, or by friction on opposite sides; not by other angles. About another place it is translated besides."""
 
     def forces(system):
         return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.15, 0.0])
@@ -227,7 +238,7 @@ def test_two_jaws_that_turn_alike_take_a_body_along_as_one(other, aside, share, 
     asked = jawed(other, aside, 0.3 if held else np.inf)
     by, exact = taken(asked, forces if held else None)
     np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
-    if share:
+    if share and not aside:
         np.testing.assert_allclose(by, exact, atol=1e-15)
 
 
@@ -242,6 +253,201 @@ def test_what_turns_on_a_rail_or_in_jaws_rubs_on_a_ball_from_where_it_comes_to_i
     assert one.energies.friction / pressed[1] == pytest.approx(other.energies.friction / alone[1], rel=0.1)
     np.testing.assert_allclose(pressed / pressed[1], alone / alone[1], atol=0.02)
     assert max(m.energies for m in measured_in_space(Ran(scenes[0], [one], ""))) < 1e-8
+
+
+def clamped(half: bool, mu: float = np.inf) -> Scene:
+    """A slab between two jaws that turn alike, above its plane of symmetry or as a whole, and a ball beside it."""
+    mesh = brick(1.0, 0.5, 0.05 if half else 0.1, 3, 2, 2 if half else 4)
+    x = mesh.nodes - [0.0, 0.0, 0.0 if half else 0.05]
+    back = np.array(mesh.boundaries["back"])
+    side = {"side": back[(np.abs(x[back, 2]) < 0.04).all(axis=1)]}
+    ball = ShapedTool(sphere((1.0, 0.8 + 0.9 * ANGLE, 0.0), 0.3), (0.0, 0.0, 0.0), ("side",), MU)
+
+    def jaw(name: str, height: float) -> ShapedTool:
+        face = Plane((0.0, 0.0, height), (0.0, 0.0, -np.sign(height)))
+        turn = Turn(ANGLE, (0.0, 0.0, height), axis=(0.0, 0.0, 1.0))
+        return ShapedTool(face, (0.0, 0.0, 0.0), (name,), mu, turn=turn)
+
+    tools = (ball, jaw("top", 0.05)) if half else (ball, jaw("top", 0.05), jaw("base", -0.05))
+    planes = (Symmetry("base", 2),) if half else ()
+    return Scene(Mesh(x, mesh.elements, {**mesh.boundaries, **side}), Geometry.SOLID, HARD, planes, tools)
+
+
+@pytest.mark.parametrize("mu", [0.3, np.inf])
+def test_half_of_a_body_turns_with_its_jaw_and_the_image_of_that(mu):
+    def forces(system):
+        return (system.candidates.tool == 1)[:, None] * np.array([1.0, 0.15, 0.0])
+
+    by, exact = taken(clamped(half=True, mu=mu), forces if mu < 1 else None)
+    np.testing.assert_allclose(by, exact, atol=1e-15)
+
+
+def test_half_of_a_body_that_jaws_turn_rubs_as_the_whole():
+    """Said to rest, it rubbed with five times the work in the increment in which it lands."""
+    rubbed = []
+    for half in (False, True):
+        asked = clamped(half)
+        (accepted,) = march(asked, Schedule(1), Control(Newton(), fallbacks=()))
+        assert max(m.energies for m in measured_in_space(Ran(asked, [accepted], ""))) < 1e-8
+        rubbed.append([accepted.energies.friction, *accepted.tool_force(0)])
+    assert rubbed[0][0] > 0
+    np.testing.assert_allclose(rubbed[1], rubbed[0], rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(("node", "share"), [((0.0, 0.0, 0.0), 1.0), ((5e-4, 0.0, 0.0), 1.0), ((1.0, 0.5, 0.0), 0.0)])
+@pytest.mark.parametrize("mu", [0.3, np.inf])
+def test_a_pivot_holds_no_turn_about_itself(node, share, mu):
+    """It holds a node on the axis, or nearly there, by friction or a weld; not one beside it."""
+
+    def forces(system):
+        return (system.candidates.tool == 2)[:, None] * np.array([1.0, 0.0, 0.0])
+
+    asked = spun(0.0)
+    x = asked.mesh.nodes.copy()
+    x[np.argmin(np.linalg.norm(x - node, axis=1))] = node
+    pivot = ShapedTool(sphere((node[0], node[1], -0.1), 0.1), (0.0, 0.0, 0.0), ("base",), mu)
+    asked = replace(asked, mesh=replace(asked.mesh, nodes=x), tools=(*asked.tools[:2], pivot))
+
+    def alone(system):
+        touched = np.all(asked.mesh.nodes[system.candidates.node] == node, axis=1)
+        return forces(system) * touched[:, None]
+
+    by, exact = taken(asked, alone if mu < 1 else None)
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def shaft(bush: bool) -> Scene:
+    """A cylinder welded to a chuck that turns it, in a smooth bush or not, and a ball that comes down on its end."""
+    mesh, up, angle = cylinder_3d(1.0, 1.0, 2, 1, 2, quarter=False, inscribed=True), (0.0, 0.0, 1.0), 0.05
+    face, turn = Plane((0.0, 0.0, 0.0), up), Turn(angle, (0.0, 0.0, 0.0), axis=up)
+    chuck = ShapedTool(face, (0.0, 0.0, 0.0), ("base",), np.inf, turn=turn)
+    top = mesh.nodes[mesh.boundary_nodes("top")]
+    met = Rotation.from_rotvec([0.0, 0.0, angle]).apply(top[np.argmin(np.abs(np.hypot(*top[:, :2].T) - 0.6))])
+    ball = ShapedTool(sphere((met[0], met[1], 1.3 + 0.9 * 0.05), 0.3), (0.0, 0.0, -0.05), ("top",), MU)
+    hole = ShapedTool(roll((0.0, 0.0, 0.0), up, 1.0, concave=True), (0.0, 0.0, 0.0), ("side",), 0.0)
+    return Scene(mesh, Geometry.SOLID, HARD, (), (ball, chuck, hole) if bush else (ball, chuck))
+
+
+def test_a_shaft_turns_in_its_bush():
+    """Said to rest, because its chords are off the round, it rubbed on the ball with 15 times the work."""
+    by, exact = taken(shaft(bush=True))
+    np.testing.assert_allclose(by, exact, atol=1e-15)
+    rubbed = []
+    for bush in (False, True):
+        asked = shaft(bush)
+        (accepted,) = march(asked, Schedule(1), Control(Newton(), fallbacks=()))
+        assert max(m.energies for m in measured_in_space(Ran(asked, [accepted], ""))) < 1e-8
+        rubbed.append(accepted.energies.friction / -accepted.tool_force(0)[2])
+    assert rubbed[1] == pytest.approx(rubbed[0], rel=0.1)
+
+
+@pytest.mark.parametrize(("beside", "share"), [(0.0, 1.0), (0.1, 0.0)])
+def test_a_block_turns_on_a_peg_that_is_round_about_the_place_of_the_turn(beside, share):
+    """In a plane, by a weld; not about a place beside that."""
+    asked, radius = slab(2, plate(2, ANGLE)), 0.3
+    x, low = asked.mesh.nodes.copy(), asked.mesh.boundary_nodes("base")
+    x[low, 0] = 0.5 + 0.5 * (x[low, 0] - 0.5)
+    x[low, 1] = np.sqrt(radius**2 - (x[low, 0] - 0.5) ** 2) - radius
+    lid = replace(asked.tools[1], turn=Turn(-ANGLE, (0.5, beside - radius)))
+    peg = ShapedTool(Circle((0.5, -radius), radius), (0.0, 0.0), ("base",), 0.0)
+    stop = FlatTool((1.2, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), MU)
+    by, exact = taken(replace(asked, mesh=replace(asked.mesh, nodes=x), tools=(stop, lid, peg)))
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def test_jaws_that_turn_alike_about_two_places_turn_a_body_between_them():
+    """Said to rest, it rubbed on the ball with 4.4 times the work in the increment in which it lands."""
+    ball = ShapedTool(sphere((1.0, 0.8 + 0.9 * ANGLE, 0.05), 0.3), (0.0, 0.0, ANGLE / 2), ("side",), MU)
+    asked = jawed(aside=0.05)
+    asked = replace(asked, tools=(ball, *asked.tools[1:]))
+    one, many = (list(march(asked, Schedule(n), Control(Newton(), fallbacks=())))[-1] for n in (1, 8))
+    assert one.energies.friction == pytest.approx(many.energies.friction, rel=0.1)
+
+
+TURNED = (0.0, 0.0), (0.3, 0.0), (0.6, 0.4), (1.0, 1.0)
+
+
+def vice(angle: float = 2 * ANGLE, other: float | None = None) -> Scene:
+    """A strip that two flat jaws grip by friction at its near end and turn, and a peg that its far end comes to."""
+    mesh, grip = block(1.0, 0.2, 8, 2, element=Element.Q4), ((0.0, 0.0), (0.3, 1.0), (1.0, 1.0))
+    parts = {}
+    for name in ("base", "top"):
+        edges = np.array(mesh.boundaries[name])
+        near = (mesh.nodes[edges, 0] < 0.51).all(axis=1)
+        parts |= {f"near {name}": edges[near], f"far {name}": edges[~near]}
+
+    def jaw(name: str, y: float, up: float, angle: float) -> ShapedTool:
+        turn = Turn(angle, (0.0, 0.0), Amplitude(TURNED))
+        return ShapedTool(Plane((0.0, y), (0.0, up)), (0.0, 1e-3 * up), (name,), 0.3, path=grip, turn=turn)
+
+    x, y = Rotation.from_rotvec([0.0, 0.0, angle]).apply([0.875, 0.2, 0.0])[:2]
+    peg = ShapedTool(Circle((x, y + 0.3 - 0.0035), 0.3), (0.0, 0.0), ("far top",), MU)
+    tools = peg, jaw("near base", 0.0, 1.0, angle), jaw("near top", 0.2, -1.0, angle if other is None else other)
+    gripped = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, **parts})
+    return Scene(gripped, Geometry.PLANE_STRAIN, HARD, (), tools)
+
+
+@pytest.mark.parametrize(("other", "share"), [(ANGLE, 1.0), (ANGLE / 2, 0.0), (-ANGLE, 0.0)])
+def test_what_a_vice_grips_by_friction_does_not_roll_on_its_jaws(other, share):
+    def forces(system):
+        return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.1])
+
+    by, exact = taken(vice(ANGLE, other), forces)
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+def test_what_a_vice_turns_to_a_peg_rubs_the_way_it_goes():
+    """Said to rest, it was pulled the other way where it lands, with 2.9 times the work."""
+    found = []
+    for times in ((0.3, 0.6, 1.0), (0.3, 0.6, 0.8, 0.9, 0.95, 1.0)):
+        steps = list(march(vice(), Listed(1, ends=times), Control(Newton(), fallbacks=())))
+        before = next(step for step in steps if step.state.tau == 0.6)
+        found.append([steps[-1].energies.friction - before.energies.friction, *steps[-1].tool_force(0)])
+    assert found[0][1] < 0
+    np.testing.assert_allclose(found[0], found[1], rtol=0.02)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_plate_that_two_rolls_carry_goes_straight_on(dimension):
+    """They turn by the same about their own axes, and friction holds the plate on both: it rolls."""
+    asked, radius = slab(dimension, plate(dimension, 1.0)), 0.15
+    across, axis = (0.25,) * (dimension - 2), (0.0, 1.0, 0.0)
+    nowhere, inward = (0.0,) * dimension, (-1.0, *[0.0] * (dimension - 1))
+    tools: list[AnyTool] = [FlatTool((1.1, *across, 0.0), inward, nowhere, ("right",), MU)]
+    for x in (1 / 3, 2 / 3):
+        centre = (x, *across, -radius)
+        surface = Circle(centre, radius) if dimension == 2 else roll(centre, axis, radius)
+        turn = Turn(-ANGLE, centre) if dimension == 2 else Turn(ANGLE, centre, axis=axis)
+        tools.append(ShapedTool(surface, nowhere, ("base",), 0.3, turn=turn))
+
+    def forces(system):
+        return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.1, 0.0][:dimension])
+
+    by, _ = taken(replace(asked, tools=tuple(tools)), forces)
+    np.testing.assert_allclose(by, np.eye(dimension)[[0] * len(by)] * radius * np.sin(ANGLE), atol=radius * ANGLE**2)
+
+
+def test_a_plate_goes_straight_on_on_two_wheels_of_one_axle():
+    """They hold it from one side, at several places each."""
+    asked, radius, axis = slab(3, plate(3, 1.0)), 0.3, (0.0, 1.0, 0.0)
+    x, low = asked.mesh.nodes.copy(), asked.mesh.boundary_nodes("base")
+    worn = low[np.abs(x[low, 0] - 0.5) < 0.2]
+    x[worn, 2] = np.sqrt(radius**2 - (x[worn, 0] - 0.5) ** 2) - radius
+    wheel = roll((0.5, 0.0, -radius), axis, radius)
+    turn = Turn(ANGLE, (0.5, 0.0, -radius), axis=axis)
+    base, flat = np.array(asked.mesh.boundaries["base"]), asked.mesh.nodes
+    parts = {"near": base[(flat[base, 1] < 0.3).all(axis=1)], "far": base[(flat[base, 1] > 0.2).all(axis=1)]}
+    stop = FlatTool((1.1, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 0.0), ("right",), MU)
+    wheels = [ShapedTool(wheel, (0.0, 0.0, 0.0), (name,), 0.3, turn=turn) for name in parts]
+    mesh = Mesh(x, asked.mesh.elements, {**asked.mesh.boundaries, **parts})
+
+    def forces(system):
+        touching = np.isin(system.candidates.node, worn) & (system.candidates.tool > 0)
+        return touching[:, None] * np.array([1.0, 0.1, 0.0])
+
+    by, _ = taken(replace(asked, mesh=mesh, tools=(stop, *wheels)), forces)
+    np.testing.assert_allclose(np.ptp(by, axis=0), 0.0, atol=1e-15)
+    assert by[0, 0] == pytest.approx(radius * np.sin(ANGLE), rel=0.1)
 
 
 @pytest.mark.parametrize("beneath", ["plate", "barrel"])

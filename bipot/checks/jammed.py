@@ -5,6 +5,10 @@ opposite of the other is no larger than arctan mu_1 + arctan mu_2: at a right an
 comes nearer to what sticks to the other, n_2 . (m_1 - m_2) < 0 and n_1 . (m_2 - m_1) < 0 with their motions m, the node
 has to slide on both. Then friction, at its limit, undoes more of what each pushes by than that is: no forces push the
 node where the tools leave it room. What is welded to a tool goes with it, into another one if that is in the way.
+
+What supports or planes of symmetry hold along some directions meets a tool as if its mirror image were a second one:
+with the components of its normal and of its motion along these reversed. It is jammed where arctan mu is no smaller
+than the angle between the normal and what is held of it, and the tool comes nearer by its motion along that.
 """
 
 from __future__ import annotations
@@ -26,6 +30,9 @@ CLOSES = 1e-9
 """Tools that come together by less than this part of their ways do not; a node less deep, over the body's size, is in
 none."""
 
+ALONG = 1e-6
+"""Tangent of the angle up to which a normal is along what supports hold."""
+
 
 def jammed(system: System, state: State, tau: float) -> str | None:
     """The sentence on a node that tools on their paths jam between them from ``state`` to ``tau``, None if none."""
@@ -34,7 +41,7 @@ def jammed(system: System, state: State, tau: float) -> str | None:
     normal, motion = increment.tools.frames[first, 0], increment.tools.swept(increment.tools.path)[first]
     found = _Pushed(increment, normal / norm(normal)[:, None], motion + increment.tools.travel[contacts.tool])
     by_path = ~_driven(system)[contacts.tool]
-    return found.welded_in(by_path) or found.rubbed(by_path)
+    return found.welded_in(by_path) or found.rubbed(by_path) or found.rubbed_in_supports(by_path)
 
 
 class _Pushed(NamedTuple):
@@ -47,9 +54,8 @@ class _Pushed(NamedTuple):
     def rubbed(self, chosen: Bools) -> str | None:
         """The sentence on one of the ``chosen`` (c,) that friction of two tools holds."""
         contacts = self.increment.system.candidates
-        rubs = chosen & _at_hand(self.increment) & np.isfinite(contacts.mu) & (contacts.mu > 0)
-        for node, c, other in self._pairs(rubs & np.isinf(contacts.shear)):
-            between = float(np.arccos(np.clip(-self.normal[c] @ self.normal[other], -1.0, 1.0)))
+        for node, c, other in self._pairs(self._rubs(chosen)):
+            between = _between(*self.normal[[c, other]])
             held = between <= float(np.arctan(contacts.mu[[c, other]]).sum())
             if held and _close(self.normal[[c, other]], self.motion[[c, other]]):
                 mu = " and ".join(f"{value:.6g}" for value in contacts.mu[[c, other]].tolist())
@@ -59,6 +65,30 @@ class _Pushed(NamedTuple):
                     f"(mu_at), so that arctan mu of both adds up to less than {np.degrees(between):.4g} degrees."
                 )
         return None
+
+    def rubbed_in_supports(self, chosen: Bools) -> str | None:
+        """The sentence on one of the ``chosen`` (c,) that friction of a tool holds against supports of its node."""
+        contacts, holding = self.increment.system.candidates, self.increment.system.body.scene.holding
+        sides = np.where(holding.held, -1.0, 1.0)[contacts.node]
+        beyond = self.motion - self.increment.tools.driven[contacts.node]
+        normal, motion = (holding.axes.at(contacts.node, vectors) for vectors in (self.normal, beyond))
+        for c in np.flatnonzero(self._rubs(chosen) & (sides < 0).any(axis=1)).tolist():
+            both, ways = (np.array([own[c], sides[c] * own[c]]) for own in (normal, motion))
+            most, mu = float(np.tan(_between(*both) / 2)), float(contacts.mu[c])
+            # Against a tool that comes straight at what is held no friction helps, nor does less of it.
+            if ALONG < most <= mu and _close(both, ways):
+                return (
+                    f"Node {contacts.node[c]} is jammed between tools[{contacts.tool[c]}] and what holds it, its "
+                    f"supports or planes of symmetry: the tool comes nearer to these while friction, mu = {mu:.6g}, "
+                    f"lets the node not slide out: give it less than {most:.4g} there (mu_at)."
+                )
+        return None
+
+    def _rubs(self, chosen: Bools) -> Bools:
+        """Those of the ``chosen`` (c,) that are at hand and rub by Coulomb's law alone."""
+        contacts = self.increment.system.candidates
+        rubs = chosen & _at_hand(self.increment) & np.isfinite(contacts.mu) & (contacts.mu > 0)
+        return rubs & np.isinf(contacts.shear)
 
     def welded_in(self, chosen: Bools) -> str | None:
         """The sentence on one of the ``chosen`` (c,) that a weld takes into another tool."""
@@ -87,6 +117,11 @@ class _Pushed(NamedTuple):
             for c, other in combinations(own[contacts.node[own] == node].tolist(), 2):
                 if contacts.tool[c] != contacts.tool[other]:
                     yield node, c, other
+
+
+def _between(one: Floats, other: Floats) -> float:
+    """The angle between the one normal (d,) and the opposite of the other."""
+    return float(np.arccos(np.clip(-one @ other, -1.0, 1.0)))
 
 
 def _at_hand(increment: Increment) -> Bools:

@@ -23,6 +23,9 @@ SMALLEST = 1e-8
 SLENDEREST = 1e6
 """Largest ratio of the sides of a body: beyond it the places along the shorter are lost in round-off of the longer."""
 
+SAME_SIDES = 1e-9
+"""Relative difference of sides that is round-off, of a ratio or of a wall that is the difference of two radii."""
+
 HALVINGS = 60
 """Halvings of the bracket of a growth factor, to round-off."""
 
@@ -100,7 +103,8 @@ def require_sides(**sides: float) -> None:
         require_magnitude(length, field, LARGEST_LENGTH)
     short, long = min(lengths, key=lengths.__getitem__), max(lengths, key=lengths.__getitem__)
     allowed = f"at most {SLENDEREST:g} times {short} = {lengths[short]:g}"
-    require(lengths[long] <= SLENDEREST * lengths[short], long, lengths[long], allowed)
+    most = SLENDEREST * lengths[short] * (1 + SAME_SIDES)
+    require(lengths[long] <= most, long, lengths[long], allowed)
 
 
 def require_room(boxes: int, element: Element, field: str, value: int) -> None:

@@ -32,14 +32,18 @@ def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Se
     parts = Parts.of(points.weights)
     tool, x, pose = points.tool[parts.owner], start.nodes[parts.node], poses(scene, start)
     normal, gap, goes, gone = np.zeros_like(x), np.zeros(len(x)), np.zeros_like(x), _gone(scene, start, end)
-    for k, (own, shape, by) in enumerate(zip(scene.tools, shapes, gone, strict=True)):
-        mine = tool == k
+
+    def near(k: int, x: Floats) -> tuple[Floats, Floats]:
+        own, shape = scene.tools[k], shapes[k]
         if isinstance(own, FlatTool):
-            normal[mine] = own.normal
-            gap[mine] = (x[mine] - np.array(own.point) - pose[k, :2]) @ np.array(own.normal)
-        elif shape is not None:
-            near, _ = shape.near(shape.seen(x[mine], pose[k]))
-            normal[mine], gap[mine] = near.normal @ turning(pose[k, 2]).T, near.gap
+            return np.array(own.normal), (x - np.array(own.point) - pose[k, :2]) @ np.array(own.normal)
+        assert shape is not None
+        found, _ = shape.near(shape.seen(x, pose[k]))
+        return found.normal @ turning(pose[k, 2]).T, found.gap
+
+    for k, (own, by) in enumerate(zip(scene.tools, gone, strict=True)):
+        mine = tool == k
+        normal[mine], gap[mine] = near(k, x[mine])
         arm = x[mine] - pose[k, :2] - (0.0 if own.turn is None else np.array(own.turn.centre))
         back, across = 2 * np.sin(by[2] / 2) ** 2, np.sin(by[2])
         goes[mine] = by[:2] - back * arm + across * np.column_stack([-arm[:, 1], arm[:, 0]])
@@ -63,6 +67,7 @@ def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Se
         centre=pose[:, :2] + [(0.0, 0.0) if turn is None else turn.centre for turn in _turns(scene)],
         turns=gone[:, 2:] * (0.0, 0.0, 1.0),
         flat=np.array([isinstance(own.face, Plane) for own in scene.tools]),
+        gaps=lambda k, x: near(k, x)[1],
     )
     return ride.ways(setting.whole)
 

@@ -31,6 +31,11 @@ def ridden(scene: Scene, accepted: Accepted) -> list[Ridden]:
     parts = [Parts.of(own.weights) for own, _, _, _ in every]
     way, tools = way_along(scene, accepted.start.tau, accepted.state.tau), range(len(scene.tools))
     nodes = np.concatenate([part.node for part in parts])
+
+    def gaps(k: int, x: Floats) -> Floats:
+        shape = solid(scene, k, accepted)
+        return shape.near(shape.seen(x, pose(scene, k, accepted.start))).gap
+
     ride = Ride(
         tool=np.repeat(np.arange(len(every)), sizes),
         gap=np.concatenate([part.mean(gap) for part, (_, gap, _, _) in zip(parts, every, strict=True)]),
@@ -48,6 +53,7 @@ def ridden(scene: Scene, accepted: Accepted) -> list[Ridden]:
         centre=np.array([solid(scene, k, accepted).centre + pose(scene, k, accepted.start)[:3] for k in tools]),
         turns=np.array([alone_gone(scene, k, accepted)[3] * axis_of(scene.tools[k]) for k in tools]),
         flat=np.array([isinstance(tool.face, Plane) for tool in scene.tools]),
+        gaps=gaps,
     )
     return ride.ways(whole_size(scene))
 

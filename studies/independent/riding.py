@@ -8,13 +8,15 @@ of what the tools go beyond that.
 
 Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
 all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
-held by friction, by what of the turn is about the mean normal. So it does if others that touch hold it and turn alike,
-or do not hold it, and it goes along their surfaces as it turns. Supports and planes of symmetry must hold the body
-along no direction but the axis.
+held by friction, by what of the turn is about the mean normal. Several tools that hold it from more sides than one and
+turn by the same about places near by do so by all of that. So it does if others that touch hold it on the axis alone,
+or do not hold it, and their gaps stay as it turns. Supports and planes of symmetry must hold the body along no
+direction but the axis; a mirror image then turns as its tool does.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +28,15 @@ from studies.independent.element import Bools, Floats, Ints
 SAME, TINY = 1e-9, 1e-300
 """Directions that differ by less are one; lengths that are none."""
 
+BESIDE = 0.5
+"""Of the distance of what a tool holds from its axis: tools whose axes are no farther apart turn about one place."""
+
+ONE_SIDE = 0.9
+"""Length of the mean of unit normals of tools that are all on one side."""
+
+SLIGHT = 1e-3
+"""Of the farthest way of a turn: what less than that is in its way gives way."""
+
 
 @dataclass(frozen=True)
 class Ride:
@@ -35,7 +46,8 @@ class Ride:
     under it, beyond that of the supports. ``part`` (c,) is what each is of a point of the whole body, ``images`` (k,)
     are how many tools of the whole body each one is, ``held`` (s, d) directions in which supports or planes hold the
     body. The tools that are not ``flat`` (k,) have a curved face; they are to turn by ``turns`` (k, 3), by path, about
-    their ``centre`` (k, d) at the start, and nodes are at ``place`` (w, d).
+    their ``centre`` (k, d) at the start, and nodes are at ``place`` (w, d). ``gaps(k, x)`` are those of places x (m, d)
+    to the k-th tool at the start.
     """
 
     tool: Ints
@@ -54,6 +66,7 @@ class Ride:
     centre: Floats
     turns: Floats
     flat: Bools
+    gaps: Callable[[int, Floats], Floats]
 
     def ways(self, size: float) -> list[Ridden]:
         """How what tools (k,) meet goes, of a body of the ``size``."""
@@ -74,39 +87,69 @@ class Ride:
         often = np.where(touches, self.images, 0.0)
         often[k] = max(often[k] - 1.0, 0.0)
         alone = often.sum() == 1.0 and not touches[k]
-        spins = [self._turns_by(j, size, alone) if often[j] else np.zeros(3) for j in range(len(often))]
-        for j in np.flatnonzero(often == 1.0).tolist():
-            spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
-            beside = np.cross(_in_space(self.centre - self.centre[j]), spins[j])
-            alike = (np.abs(beside).max(axis=1) <= SAME * size * np.abs(spins[j]).max()) & (often > 0)
-            alike &= np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
-            rest = np.flatnonzero((often > 0) & ~alike).tolist()
-            if spins[j].any() and all(self._glides(i, spun, size) for i in rest):
-                return alike, spun
+        turns = {rolls: [self._turns_by(j, size, rolls) for j in range(len(often))] for rolls in (False, True)}
+        for j in np.flatnonzero(often > 0).tolist():
+            for rolls, spins in turns.items():
+                spun = Ridden(np.zeros(len(self.centre[j])), self.centre[j], spins[j])
+                alike = np.abs(np.array(spins) - spins[j]).max(axis=1) <= SAME * np.abs(spins[j]).max()
+                alike &= (often > 0) & self._near_by(j, spins[j], size)
+                welds = bool(self.welded[self.tool == j].all())
+                firm = rolls or welds or self._gripped(alike * often, size) or (alone and self.flat[j])
+                rest = np.flatnonzero((often > 0) & ~alike).tolist()
+                held = firm and spins[j].any() and self._apart(alike, spins[j], size) > SAME * size
+                if held and all(self._glides(i, spun, size) for i in rest):
+                    return alike, spun
         nowhere = np.zeros(len(self.held[0]))
         return np.zeros(len(often), dtype=bool), Ridden(nowhere, nowhere, np.zeros(3))
 
-    def _turns_by(self, j: int, size: float, alone: bool) -> Floats:
-        """The turn (3,) that the j-th tool takes the body along, or none."""
+    def _turns_by(self, j: int, size: float, rolls: bool) -> Floats:
+        """The turn (3,) by which the j-th tool takes the body along, if that ``rolls`` on it or not, or none."""
         none, weight = np.zeros(3), self._weight(j, size)[self.owner] * np.abs(self.share)
         welds, turn = bool(self.welded[self.tool == j].all()), self.turns[j]
-        if not turn.any() or (not welds and not self._holds(j)):
+        if not turn.any() or not weight.any() or (not welds and not self._holds(j)):
             return none
-        if not welds and not (alone and self.flat[j]):
+        if rolls and not welds:
             normal = _in_space(weight @ self.normal)
             turn = normal * (turn @ normal) / max(float(normal @ normal), TINY)
-        own = self.place[weight > 0]
         axis = turn / max(float(np.linalg.norm(turn)), TINY)
-        apart = np.abs(np.cross(_in_space(own - own.mean(axis=0)), axis)).max(initial=0.0)
-        across = np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0)
-        return turn if apart > SAME * size and across <= SAME else none
+        return turn if np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0) <= SAME else none
+
+    def _gripped(self, often: Floats, size: float) -> bool:
+        """Whether normals of tools, as ``often`` (k,) as they are with images, are not all on one side."""
+        total = np.zeros(self.place.shape[1])
+        for i in np.flatnonzero(often).tolist():
+            mean = (self._weight(i, size)[self.owner] * np.abs(self.share)) @ self.normal
+            mean = mean / max(float(np.linalg.norm(mean)), TINY)
+            # With its image the part along what holds the body, here the axis alone, is cancelled.
+            along = mean @ np.linalg.pinv(self.held, rcond=1e-9) @ self.held
+            total += often[i] * (mean - along if often[i] > 1 else mean)
+        return bool(often.sum() > 1 and np.linalg.norm(total) <= ONE_SIDE * often.sum())
+
+    def _near_by(self, j: int, turn: Floats, size: float) -> Bools:
+        """Which tools (k,) turn about places nearer to that of the j-th than half as far as they hold the body."""
+        axis, out = turn / max(float(np.linalg.norm(turn)), TINY), np.zeros(len(self.images), dtype=bool)
+        for i, centre in enumerate(self.centre):
+            held = self.place[(self._weight(i, size)[self.owner] > 0) & (self.share != 0)]
+            reach = np.linalg.norm(np.cross(_in_space(held - centre), axis), axis=1).max(initial=0.0)
+            out[i] = i == j or np.linalg.norm(np.cross(_in_space(centre - self.centre[j]), axis)) <= BESIDE * reach
+        return out
+
+    def _apart(self, chosen: Bools, turn: Floats, size: float) -> float:
+        """How far apart across a ``turn`` (3,) is what the ``chosen`` tools (k,) take along."""
+        weights = [self._weight(j, size)[self.owner] * np.abs(self.share) for j in np.flatnonzero(chosen).tolist()]
+        own = _in_space(self.place[(np.array(weights) > 0).any(axis=0)])
+        return float(np.abs(np.cross(own - own.mean(axis=0), turn / np.linalg.norm(turn))).max(initial=0.0))
 
     def _glides(self, i: int, spun: Ridden, size: float) -> bool:
-        """Whether the i-th tool does not hold the body, nor hinders it from being ``spun``."""
+        """Whether the i-th tool lets the body be ``spun``: that moves nothing that it holds, or else changes no gap."""
         met = (self._weight(i, size)[self.owner] > 0) & (self.share != 0)
-        gone = spun.after(self.place[met], np.ones((int(met.sum()), 1)))
-        along = bool((np.abs((gone * self.normal[met]).sum(axis=1)) <= SAME * size).all())
-        return along and not self._holds(i) and not bool(self.welded[self.tool == i].any())
+        gone = spun.after(self.place, np.ones((len(self.place), 1)))
+        place, most = self.place[met], float(np.linalg.norm(gone, axis=1).max())
+        if self._holds(i) or bool(self.welded[self.tool == i].any()):
+            off = np.linalg.norm(gone[met], axis=1)
+        else:
+            off = np.abs(self.gaps(i, place + gone[met]) - self.gaps(i, place))
+        return bool((off <= SLIGHT * most).all())
 
     def _near(self, k: int, size: float) -> Bools:
         return (self.tool == k) & (self.gap <= TOUCHING * size)
