@@ -26,7 +26,8 @@ class Calipers(NamedTuple):
         """Of the body with these outer ``facets``, corner by corner (f, n, d), and nodes at these ``places`` (a, d).
 
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
-        >>> sorted(Calipers.of(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), corners).widths.round(12).tolist())
+        >>> edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        >>> sorted(Calipers.of(edges, corners).widths.round(12).tolist())
         [2.5, 2.5, 5.0, 5.0]
         """
         normals = across(facets)
@@ -39,8 +40,8 @@ class Calipers(NamedTuple):
         """The largest part, over all facets, by which motions ``ways`` (m, d) differ across one of the width there.
 
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
-        >>> calipers = Calipers.of(np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), corners)
-        >>> round(calipers.strain(np.array([[0.0, 0.0], [-0.3, 0.4]])), 12)
+        >>> edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        >>> round(Calipers.of(edges, corners).strain(np.array([[0.0, 0.0], [-0.3, 0.4]])), 12)
         0.2
         """
         apart = np.ptp(np.unique(ways, axis=0) @ self.normals.T, axis=0)
