@@ -92,8 +92,15 @@ def quickened() -> Scene:
     return Scene(mesh, Geometry.PLANE_STRAIN, material, QUARTER, lid((0.0, -0.01), 0.1, path))
 
 
-def paced(scene: Scene, count: int | None = None) -> list[Accepted]:
-    return list(islice(march(scene, Schedule(accuracy=ACCURACY), CONTROL), count))
+def rough() -> Scene:
+    """A square between welded tools that is pressed by 26 yield strains: first yield is in its first increment."""
+    mesh = block(1.0, 1.0, 4, 4, element=Element.T6)
+    material = metal(0.2, Voce(80.0, 60.0, 30.0))
+    return Scene(mesh, Geometry.PLANE_STRAIN, material, QUARTER, lid((0.0, -0.01), np.inf))
+
+
+def paced(scene: Scene, count: int | None = None, accuracy: float = ACCURACY) -> list[Accepted]:
+    return list(islice(march(scene, Schedule(accuracy=accuracy), CONTROL), count))
 
 
 def missed(scene: Scene, steps: list[Accepted]) -> Iterator[np.ndarray]:
@@ -189,3 +196,11 @@ def test_yielding_just_after_a_kink_of_the_pace_may_err_more():
     steps = paced(scene)
     assert [step.state.tau for step in steps] == [0.5, 1.0]
     assert 3 < along(scene, steps)[-1] < 10
+
+
+def test_first_yield_of_a_rough_body_leaves_more_than_a_fine_accuracy():
+    """Within a coarse one."""
+    scene = rough()
+    fine = along(scene, paced(scene, accuracy=1e-4)).max() * ACCURACY / 1e-4
+    assert along(scene, paced(scene)).max() <= 3
+    assert 10 < fine < 30
