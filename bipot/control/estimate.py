@@ -25,12 +25,12 @@ It is a fraction of the force,
   |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts by D, the part of sum_q w |sigma : de|
   that is dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma :
   de| is added to Y, sigma_P of returns in PARTS parts.
-* What a first increment stores, 1 - D of its work, says whether the body has long yielded, however far it was strained:
-  one that tools or supports confine stores pressure to the end. Evenly strained it is one over the strain in yield
-  strains. Where it is no more than SETTLED, and after a kink the body is strained by TURNING too, Y is what remains of
-  yielding, |v - v_0|/|v| D ((1 - D)^2 - STORED^2)/10. Else Y is that of a body that begins to yield, whatever it is
-  strained by. The power of the tools is stationary in the direction of flow, the force of one that presses and turns is
-  not: beneath tools that turn the two powers are not squared. Where loads change, strain alone tells as above.
+* What an increment from rest stores, 1 - D of its work, says whether the body has long yielded, however far it was
+  strained: one that tools or supports confine stores pressure to the end. Evenly strained it is one over the strain in
+  yield strains. Where it is no more than SETTLED, Y is what remains of yielding, D ((1 - D)^2 - STORED^2)/10. Else Y is
+  that of a body that begins to yield, whatever it is strained by. The power of the tools is stationary in the direction
+  of flow, the force of one that presses and turns is not: beneath tools that turn the two parts are not squared. Where
+  loads change, and after a kink, strain alone tells as above.
 * l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
   against the work of strain and friction together.
 
@@ -95,7 +95,7 @@ def error_estimate(start: State, solved: Solved) -> float:
         gathered += UNEVEN * _unevenness(solved)
     if is_past_yield(increment):
         if _is_first(increment):
-            return GATHERED * gathered + (_settles(start, solved) if bends and not increment.loaded else 0.0)
+            return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
         return GATHERED * (gathered + bent) + lagging
     # Where flow was carried on, that is the better one of the two.
@@ -128,19 +128,23 @@ def _begins(start: State, solved: Solved) -> float:
 
 
 def _yields(start: State, solved: Solved) -> float:
-    """Y of an increment that ends within the strains of yielding: from rest the body may have settled before."""
-    alone = start.length == 0 and not solved.iterate.increment.loaded
-    return _settles(start, solved) if alone else _begins(start, solved)
+    """Y of an increment that ends within the strains of yielding; from rest the body may have settled before."""
+    return _settles(start, solved) if _is_told(solved.iterate.increment) else _begins(start, solved)
+
+
+def _is_told(increment: Increment) -> bool:
+    """Whether what it stores tells how far the body has yielded: from rest, where tools and supports strain it."""
+    return increment.start.length == 0 and not increment.loaded
 
 
 def _settles(start: State, solved: Solved) -> float:
-    """Y of a first increment by what it stores (module docstring)."""
+    """Y of an increment from rest by what it stores (module docstring)."""
     increment, flowed = solved.iterate.increment, _dissipated(solved)
     if 1 - flowed > SETTLED:
         return _begins(start, solved)
     order = 1 if (increment.tools.turned != 0).any() else 2
     left = max((1 - flowed) ** order - STORED**order, 0.0)
-    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * flowed * left / 10
+    return flowed * left / 10
 
 
 def _unevenness(solved: Solved) -> float:
