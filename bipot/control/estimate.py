@@ -22,9 +22,15 @@ It is a fraction of the force,
   tools, change, h is no less than the body's strain in the increment (root of the mean square) over that at yield and
   the plastic strain so far together, because then the force is given and the error one of the displacement. Where these
   alone strain the body, it yields bit by bit to the end, and Y counts throughout. In the first increment
-  |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts as far as sum_q w |sigma : de| is
-  dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| is
-  added to Y, sigma_P of returns in PARTS parts.
+  |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts by D, the part of sum_q w |sigma : de|
+  that is dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma :
+  de| is added to Y, sigma_P of returns in PARTS parts.
+* What an increment from rest stores, 1 - D of its work, says whether the body has long yielded, however far it was
+  strained: one that tools or supports confine stores pressure to the end. Evenly strained it is one over the strain in
+  yield strains. Where it is no more than SETTLED, Y is what remains of yielding, D ((1 - D)^2 - STORED^2)/10. Else Y is
+  that of a body that begins to yield, whatever it is strained by. The power of the tools is stationary in the direction
+  of flow, the force of one that presses and turns is not: beneath tools that turn the two parts are not squared. Where
+  loads change, and after a kink, strain alone tells as above.
 * l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
   against the work of strain and friction together.
 
@@ -44,7 +50,7 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import lag
-from bipot.control.yielding import is_past_yield, is_strained, strain_of, yield_strain
+from bipot.control.yielding import YIELDING, is_past_yield, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -60,6 +66,11 @@ TURNED = 1.6e-3
 UNEVEN = 0.4
 """Of the variance of the first increment of peeq. Over it, what shorter ones change in the force is 0.3 to 1.4 in upset
 cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, which have about ten times the variance.
+"""
+
+SETTLED, STORED = 2 / YIELDING, 4 / 3 / YIELDING
+"""Parts of its work that a first increment stores: beyond the first the body still yields; up to the second nothing is
+left of yielding, 1 / YIELDING where it is strained evenly and a third more in plane strain.
 """
 
 PARTS = 8
@@ -83,12 +94,14 @@ def error_estimate(start: State, solved: Solved) -> float:
     if _is_first(increment):
         gathered += UNEVEN * _unevenness(solved)
     if is_past_yield(increment):
-        bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
+        if _is_first(increment):
+            return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
+        bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
         return GATHERED * (gathered + bent) + lagging
     # Where flow was carried on, that is the better one of the two.
     alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
     begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
-    begun = (begun / taken if taken > 0 else 0.0) + (_begins(start, solved) if bends else 0.0)
+    begun = (begun / taken if taken > 0 else 0.0) + (_yields(start, solved) if bends else 0.0)
     return GATHERED * gathered + begun + lagging
 
 
@@ -112,6 +125,26 @@ def _begins(start: State, solved: Solved) -> float:
     increment = solved.iterate.increment
     part = _dissipated(solved) if _is_first(increment) else 1.0
     return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
+
+
+def _yields(start: State, solved: Solved) -> float:
+    """Y of an increment that ends within the strains of yielding; from rest the body may have settled before."""
+    return _settles(start, solved) if _is_told(solved.iterate.increment) else _begins(start, solved)
+
+
+def _is_told(increment: Increment) -> bool:
+    """Whether what it stores tells how far the body has yielded: from rest, where tools and supports strain it."""
+    return increment.start.length == 0 and not increment.loaded
+
+
+def _settles(start: State, solved: Solved) -> float:
+    """Y of an increment from rest by what it stores (module docstring)."""
+    increment, flowed = solved.iterate.increment, _dissipated(solved)
+    if 1 - flowed > SETTLED:
+        return _begins(start, solved)
+    order = 1 if (increment.tools.turned != 0).any() else 2
+    left = max((1 - flowed) ** order - STORED**order, 0.0)
+    return flowed * left / 10
 
 
 def _unevenness(solved: Solved) -> float:
