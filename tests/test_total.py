@@ -211,7 +211,7 @@ def test_the_kept_ratios_are_as_the_page_says():
     """At equal error 1.3 to 10, not 40; on one mesh about 30."""
     found = [one for one in read_rows(KEPT / "total_ratio.csv", Ratio) if one.mu == 0.1]
     assert found == [one for one in ratios(read_rows(KEPT / "total.csv", Row)) if one.mu == 0.1]
-    assert 1.2 < min(one.ratio for one in found) < max(one.ratio for one in found) < 12
+    assert 2 < min(one.ratio for one in found) < max(one.ratio for one in found) < 15
     for side in (10, 20):
         own = min(one.seconds for one in kept(OWN, element="q8", quadrature="gauss2", elements=side))
         other = min(one.seconds for one in kept(FOREIGN, element="CAX8R", elements=side))
