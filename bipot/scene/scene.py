@@ -169,14 +169,12 @@ class Scene:
         """The extents of the whole body, however it is turned."""
         x, outline = self.mesh.nodes, self.mesh.outline
         facets = x[outline[:, self.mesh.element.ends]]
-        cut = np.any([plane.holds(facets).all(axis=1) for plane in self.planes], axis=0) if self.planes else False
-        facets = facets[~np.broadcast_to(cut, len(facets))]
         for plane in self.planes:
-            facets = np.vstack([facets, plane.images(facets)])
-        return Calipers.of(facets, self._with_images(x[np.unique(outline)]))
+            facets = facets[~plane.holds(facets).all(axis=1)]
+        return Calipers.of(self._with_images(facets), self._with_images(x[np.unique(outline)]))
 
     def _with_images(self, points: Floats) -> Floats:
-        """Points (a, d) and their images beyond planes of symmetry."""
+        """Points (a, ..., d) and their images beyond planes of symmetry."""
         for plane in self.planes:
             points = np.vstack([points, plane.images(points)])
         return points
