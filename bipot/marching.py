@@ -94,9 +94,9 @@ class Shared:
     pacer: Pacer | None = None
     cache: Cache = field(default_factory=Cache)
 
-    def attempt(self, increment: Increment, largest: float) -> Attempt:
-        """Try the increment."""
-        return attempt_increment(increment, self.control, self.cache, largest, self.observe)
+    def attempt(self, increment: Increment, largest: float, sparing: bool = False) -> Attempt:
+        """Try the increment, ``sparing`` the dissipation program if it may be halved instead."""
+        return attempt_increment(increment, self.control, self.cache, largest, self.observe, sparing)
 
 
 class Found(NamedTuple):
@@ -191,12 +191,13 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
     size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
     # Half of an increment that has no more digits is none, or the whole of it again.
     least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
+    spared = max(uncut / 2**shared.control.spared * (1 + 1e-9), 2 * least * (1 - 1e-9))
     cuts, passes, reasons = 0, 0, list[Reason]()
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        attempt = shared.attempt(increment, course.largest)
+        attempt = shared.attempt(increment, course.largest, tau - state.tau >= spared)
         passes += attempt.passes
         reasons += attempt.failures
         if attempt.solved is not None:

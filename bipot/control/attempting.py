@@ -9,20 +9,27 @@ from bipot.control.control import Control
 from bipot.control.dissipated import Dissipated
 from bipot.control.reason import Reason
 from bipot.errors import InvertedElement, NotConverged, ProgramError, UnsuitedForm
-from bipot.forms import Cache
+from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.response import State
 
-FAILURES = (NotConverged, ProgramError, InvertedElement)
+STRAYED = (NotConverged, InvertedElement)
+FAILURES = (*STRAYED, ProgramError)
 
 
 def attempt_increment(
-    increment: Increment, control: Control, cache: Cache, largest: float, observe: Observer = unobserved
+    increment: Increment,
+    control: Control,
+    cache: Cache,
+    largest: float,
+    observe: Observer = unobserved,
+    sparing: bool = False,
 ) -> Attempt:
-    """Try the increment, each time with the forms in turn.
+    """Try the increment, each time with the forms in turn; ``sparing`` the dissipation program where one strayed.
 
+    Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared.
     ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
     """
 
@@ -36,6 +43,8 @@ def attempt_increment(
             observe(trial)
 
         for form in control.forms:
+            if sparing and form.name is FormName.DISSIPATION and isinstance(last, STRAYED):
+                continue
             try:
                 solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to, leave)
             except LeftOff as left:
