@@ -17,7 +17,7 @@ class Control:
 
     ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments. Where a form did
     not converge, an increment is halved up to ``spared`` times, if ``cuts`` allow, before the dissipation program
-    stands in: on fine meshes one of its passes takes the time of 25 of Newton's, which often converges in half the way.
+    stands in: one of its passes takes the time of more than ten of Newton's, which often converges in half the way.
 
     Raises:
         SceneError: a wrong type, a negative count.
