@@ -66,6 +66,26 @@ class Increment:
         """The prescribed displacement (a, d), zero where none is prescribed."""
         return self.tools.driven
 
+    @property
+    def turns(self) -> bool:
+        """Whether rates of paths and loads come into other proportions at its start."""
+        return self.system.body.scene.paces.is_turn(self.start.tau)
+
+    @cached_property
+    def quicker(self) -> float:
+        """How many times as fast as in the increment before all goes on (:mod:`bipot.scene.paces`); 1 after a turn."""
+        return self.system.body.scene.paces.factor(self.start.tau)
+
+    @property
+    def before(self) -> float:
+        """The length of the increment that led to its start, in pseudo-time at the pace of this one."""
+        return self.start.length / self.quicker
+
+    @property
+    def rates(self) -> Floats:
+        """The rates (a d + m,) of that increment, of nodes and translations, at the pace of this one."""
+        return self.quicker * self.start.rates
+
     @cached_property
     def dragged(self) -> Floats:
         """Known slips (c, d - 1) of candidates that supports hold or drive along the tangent, zero where that is free.

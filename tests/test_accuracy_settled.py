@@ -190,12 +190,12 @@ def test_where_bands_of_shear_form_the_error_of_an_increment_grows_by_itself():
     assert errors[-1] > 3
 
 
-def test_yielding_just_after_a_kink_of_the_pace_may_err_more():
-    """Little turns there, and the rest of the way is one increment."""
+def test_yielding_just_after_a_change_of_pace_is_followed():
+    """It was passed in one increment, as if the path turned there, with an error of six times the accuracy."""
     scene = quickened()
     steps = paced(scene)
-    assert [step.state.tau for step in steps] == [0.5, 1.0]
-    assert 3 < along(scene, steps)[-1] < 10
+    assert len(steps) > 3
+    assert along(scene, steps).max() <= 3
 
 
 def test_first_yield_of_a_rough_body_leaves_more_than_a_fine_accuracy():

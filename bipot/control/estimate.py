@@ -34,6 +34,9 @@ It is a fraction of the force,
 * l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
   against the work of strain and friction together.
 
+Kinks are those at which rates come into other proportions. Where only the pace changes (:mod:`bipot.scene.paces`),
+v_0 and the lengths before are those at the pace of the increment.
+
 l is of order one, and the other terms are of order two where the solution is smooth. Errors of the motion stay in the
 shape of the body, and those of later increments add to them, which is GATHERED. It and the other factors are
 calibrated: with the increments that :mod:`bipot.control.pacing` makes of it the largest error of the curve is 0.3 to 3
@@ -116,8 +119,8 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
 
 
 def _is_first(increment: Increment) -> bool:
-    """Whether it starts from rest or at a kink."""
-    return increment.start.length == 0 or increment.system.is_kink(increment.start.tau)
+    """Whether it starts from rest or at a kink that is no change of pace."""
+    return increment.start.length == 0 or increment.turns
 
 
 def _begins(start: State, solved: Solved) -> float:
@@ -182,8 +185,8 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     # A body that supports carry moves no less for that.
     before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
     now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
-    then = start.velocity - before.way / start.length
-    if increment.system.is_kink(start.tau):
+    then = increment.quicker * (start.velocity - before.way / start.length)
+    if increment.turns:
         size = square(then)
         then = then * math.sqrt(square(now) / size) if size > 0 else then
     size = square(now)

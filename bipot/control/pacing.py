@@ -5,14 +5,15 @@ stability of BDF2, and for accuracies finer than 1e-3 shorter still by the facto
 way is divided equally; an increment is then up to SLACK longer where that saves one. One with an error REFUSED times
 the accuracy is solved again, shorter, unless its estimate does not fall by that: an event's does not.
 
-At rest, the first increment has a strain of YIELDING yield strains, at a kink of TURNING, at least ONSET sqrt(accuracy)
-and at most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the
-body's extent. Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents
-what is beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the
-next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
-yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
-smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the
-yield strain is so large that an increment may not be so long, many short ones follow yielding.
+At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
+has a strain of YIELDING yield strains at rest, of TURNING at a kink, at least ONSET sqrt(accuracy) and at most GROWTH
+times that, judged by how far tools and supports go from each other, or from where they are, over the body's extent.
+Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents what is
+beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the next one
+is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first yield
+and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the smallest
+error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the yield
+strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -84,8 +85,11 @@ class Pacer:
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
         left, least = target - state.tau, 0.0
-        if math.isnan(proposed) or system.is_kink(state.tau):
+        paces = system.body.scene.paces
+        if math.isnan(proposed) or paces.is_turn(state.tau):
             proposed, least = self._first(system, state, target)
+        else:
+            proposed /= paces.factor(state.tau)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= least else min(proposed, left)
 
