@@ -17,7 +17,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.paths import Amplitude
-from bipot.scene.paces import Paces
+from bipot.scene.paces import Paces, paces_of
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.poses import Turn
@@ -92,6 +92,12 @@ def driven(quicker):
     return Scene(block(2.0, 1.0, 4, 3), Geometry.PLANE_STRAIN, METAL, (Support("base", 0), lifted), (tool,))
 
 
+def beside(quicker):
+    """Beside a tool that goes away at its own pace, out of reach."""
+    scene = upset(quicker)
+    return replace(scene, tools=(*scene.tools, FlatTool((1000.0, 0.0), (-1.0, 0.0), (10.0, 0.0), ("side",), 0.1)))
+
+
 @cache
 def marched(make, quicker, travels=tuple(TRAVELS)):
     ends = clock(quicker)(np.array(travels)).tolist()
@@ -102,7 +108,7 @@ def forces(steps):
     return np.array([a.tool_forces for a in steps])
 
 
-SCENES = pytest.mark.parametrize("make", [upset, slid, twisted, driven])
+SCENES = pytest.mark.parametrize("make", [upset, slid, twisted, driven, beside])
 
 
 @SCENES
@@ -204,7 +210,7 @@ REST = (0.0, 0.0)
     ],
 )
 def test_which_kinks_change_the_pace_alone(moved, kinks, quicker):
-    found = Paces.of(moved)
+    found = paces_of(tuple(moved))
     np.testing.assert_allclose(found.kinks, kinks, rtol=1e-14)
     np.testing.assert_allclose(found.quicker, quicker, rtol=1e-11)
     for kink, factor in zip(kinks, quicker, strict=True):

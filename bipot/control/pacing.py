@@ -84,12 +84,11 @@ class Pacer:
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
-        left, least = target - state.tau, 0.0
-        paces = system.body.scene.paces
-        if math.isnan(proposed) or paces.is_turn(state.tau):
-            proposed, least = self._first(system, state, target)
+        left, least, whole = target - state.tau, 0.0, Increment(system, state, target)
+        if math.isnan(proposed) or whole.turns:
+            proposed, least = self._first(whole)
         else:
-            proposed /= paces.factor(state.tau)
+            proposed /= whole.quicker
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= least else min(proposed, left)
 
@@ -108,12 +107,12 @@ class Pacer:
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 
-    def _first(self, system: System, state: State, target: float) -> tuple[float, float]:
+    def _first(self, whole: Increment) -> tuple[float, float]:
         """The first length of a stretch of constant rates, and the least that passes first yield."""
-        whole = Increment(system, state, target)
+        system, state = whole.system, whole.start
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
         # What a load strains is not known beforehand, nor whether a turn does, nor how much of a body a curved tool.
-        tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), target - state.tau
+        tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), whole.tau - state.tau
         bends = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
         most = UNDRIVEN * stretch if strained == 0 or whole.loaded or bends[near].any() else stretch
         if strained == 0:

@@ -28,7 +28,7 @@ ROUND_OFF = 1e-6
 def is_past_yield(increment: Increment) -> bool:
     """Whether it ends so far from rest or the last kink that the body has long yielded there."""
     begun = increment.start.tau
-    turn, length = increment.system.body.scene.paces.since_turn(begun, increment.tau)
+    turn, length = increment.paces.since_turn(begun, increment.tau)
     far = (TURNING if turn > 0 else YIELDING) * yield_strain(increment.system)
     strain = strain_of(increment) * length / (increment.tau - begun)
     if strain == 0:

@@ -8,8 +8,8 @@ not notice: it goes on as if the pseudo-time before had been run through at the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -31,30 +31,10 @@ class Paces:
     """Pseudo-times ``kinks`` (k,) at which rates change, and the factor ``quicker`` (k,) of all rates, NaN at a turn.
 
     Kinks that only round-off sets apart are one.
-
-    >>> there_and_on = ((0.0, 0.0), (0.25, 0.5), (0.5, 0.75), (1.0, 0.5))
-    >>> Paces.of([(there_and_on, (10.0,))])
-    Paces(kinks=(0.25, 0.5), quicker=(0.5, nan))
     """
 
     kinks: tuple[float, ...]
     quicker: tuple[float, ...]
-
-    @staticmethod
-    def of(moved: Sequence[Moved]) -> Paces:
-        """Those of the paths of a scene."""
-        kinks = np.array(sorted({tau for path, _ in moved for tau in corners(path)}))
-        if not kinks.size:
-            return Paces((), ())
-        apart = np.diff(kinks) > ROUND_OFF
-        first, last = kinks[np.append(True, apart)], kinks[np.append(apart, True)]
-        # What is there at once at the beginning comes at no rate.
-        begins, ends = np.append(SAME, last), np.append(first, 1.0)
-        ways = np.hstack([_ways(path, size, begins, ends) for path, size in moved])
-        both = zip(pairwise(ways), pairwise((ends - begins).tolist()), strict=True)
-        quicker = [_quicker(*way, before / after) for way, (before, after) in both]
-        turns = np.where(first > SAME, quicker, math.nan)
-        return Paces(tuple(first.tolist()), tuple(turns.tolist()))
 
     def is_turn(self, tau: float) -> bool:
         """Whether rates come into other proportions at ``tau``."""
@@ -84,6 +64,28 @@ class Paces:
     def _at(self, tau: float) -> list[float]:
         """The factors of the kinks at ``tau``."""
         return [q for kink, q in zip(self.kinks, self.quicker, strict=True) if abs(kink - tau) <= SAME]
+
+
+@lru_cache(maxsize=64)
+def paces_of(moved: tuple[Moved, ...]) -> Paces:
+    """The kinks of these paths, and at which of them the pace alone changes.
+
+    >>> there_and_on = ((0.0, 0.0), (0.25, 0.5), (0.5, 0.75), (1.0, 0.5))
+    >>> paces_of(((there_and_on, (10.0,)),))
+    Paces(kinks=(0.25, 0.5), quicker=(0.5, nan))
+    """
+    kinks = np.array(sorted({tau for path, _ in moved for tau in corners(path)}))
+    if not kinks.size:
+        return Paces((), ())
+    apart = np.diff(kinks) > ROUND_OFF
+    first, last = kinks[np.append(True, apart)], kinks[np.append(apart, True)]
+    # What is there at once at the beginning comes at no rate.
+    begins, ends = np.append(SAME, last), np.append(first, 1.0)
+    ways = np.hstack([_ways(path, size, begins, ends) for path, size in moved])
+    both = zip(pairwise(ways), pairwise((ends - begins).tolist()), strict=True)
+    quicker = [_quicker(*way, before / after) for way, (before, after) in both]
+    turns = np.where(first > SAME, quicker, math.nan)
+    return Paces(tuple(first.tolist()), tuple(turns.tolist()))
 
 
 def _ways(path: Path, size: Vector, begins: Floats, ends: Floats) -> Floats:
