@@ -2,14 +2,16 @@ r"""An estimate of the error that an increment adds to the force.
 
 It is a fraction of the force,
 
-    e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)  +  T)
-        +  Y  +  l.
+    e = GATHERED max(|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)  +  T,
+                     sum_q w |sigma : de| |de|^2 / (12 sum_q w |sigma : de|))  +  Y  +  l.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
   power is of order two in the increment, like the error of the flow carried on. In space its measure is the work of
   strain and friction together, as that of l is: where friction does the work, what is left of strain says nothing.
-* |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
+* |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ... Its mean
+  over the body says nothing where a small part takes the work, as a stem on a block does; that over the work, in space
+  with that of friction, is what the power misses, and e is no less.
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
   the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
   event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
@@ -87,25 +89,28 @@ def error_estimate(start: State, solved: Solved) -> float:
     flows = bool(response.returned.plastic.any())
     # Where nothing flows both stresses are one, but for round-off, which may be all that an unloaded body has left.
     euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
-    taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
+    power, square = kin.volume * np.abs(np.vecdot(sigma, kin.strain)), np.vecdot(kin.strain, kin.strain) / 12
+    taken = float(power.sum())
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
-    square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
     behind = lag(start, solved)
-    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
+    work = taken + behind.friction
+    gathered = (missed / 2 / work if taken > 0 else 0.0) + vdot(kin.volume, square) / float(kin.volume.sum())
+    # A small part of a body may take all of the work.
+    least = vdot(power, square) / work if taken > 0 else 0.0
     lagging = 0.0 if _is_first(increment) else behind.share(taken)
     bends = flows and is_strained(solved)
     if _is_first(increment):
         gathered += UNEVEN * _unevenness(solved)
     if is_past_yield(increment):
         if _is_first(increment):
-            return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
+            return GATHERED * max(gathered, least) + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
-        return GATHERED * (gathered + bent) + lagging
+        return GATHERED * max(gathered + bent, least) + lagging
     # Where flow was carried on, that is the better one of the two.
     alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
     begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
     begun = (begun / taken if taken > 0 else 0.0) + (_yields(start, solved) if bends else 0.0)
-    return GATHERED * gathered + begun + lagging
+    return GATHERED * max(gathered, least) + begun + lagging
 
 
 def _returned(start: State, solved: Solved, parts: int) -> Floats:
