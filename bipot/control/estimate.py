@@ -2,8 +2,8 @@ r"""An estimate of the error that an increment adds to the force.
 
 It is a fraction of the force,
 
-    e = GATHERED max(|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)  +  T,
-                     sum_q w |sigma : de| |de|^2 / (12 sum_q w |sigma : de|))  +  Y  +  l.
+    e = GATHERED max(|sum_q w (sigma_E - sigma) : de| / (2 W)  +  sum_q w |de|^2 / (12 sum_q w)  +  T,
+                     sum_q w |sigma : de| |de|^2 / (12 W))  +  Y  +  l,        W = sum_q w |sigma : de|.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
