@@ -2,21 +2,21 @@ r"""An estimate of the error that an increment adds to the force.
 
 It is a fraction of the force,
 
-    e = GATHERED max(|sum_q w (sigma_E - sigma) : de| / (2 W)  +  sum_q w |de|^2 / (12 sum_q w)  +  T,
-                     sum_q w |sigma : de| |de|^2 / (12 W))  +  Y  +  l,        W = sum_q w |sigma : de|.
+    e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  S  +  T)  +  Y  +  l.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
   power is of order two in the increment, like the error of the flow carried on. In space its measure is the work of
   strain and friction together, as that of l is: where friction does the work, what is left of strain says nothing.
-* |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ... Its mean
-  over the body says nothing where a small part takes the work, as a stem on a block does; that over the work, in space
-  with that of friction, is what the power misses, and e is no less.
+* S is the mean of |de|^2/12 over the body: the difference of the midpoint strain from the logarithmic one,
+  2 tanh(x/2) = x - x^3/12 + ... Where less than SMALL of the body takes the work, as a stem on a block does, or what is
+  beneath a punch in a large one, S is the mean over the work, what the power misses. That part is (sum_q p)^2 over
+  sum_q w sum_q p^2/w with p = w |sigma : de|.
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
   the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
   event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
   increment after rest or a kink, of which no velocity before tells anything, T is UNEVEN times the variance of the
-  increment of peeq over the body: the more unevenly a body is strained, the more its motion changes by that. An upset
+  increment of peeq over what S is: the more unevenly a body is strained, the more its motion changes by that. An upset
   cylinder has a tenth of what a square between nearly smooth tools has, in which bands of shear form.
 * An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
   to yield, while the force still follows the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v|
@@ -78,6 +78,9 @@ SETTLED, STORED = 2 / YIELDING, 4 / 3 / YIELDING
 left of yielding, 1 / YIELDING where it is strained evenly and a third more in plane strain.
 """
 
+SMALL = 1 / 3
+"""Part of the body, less of which a mean over all of it does not show. Bands of shear take two fifths."""
+
 PARTS = 8
 """Of an increment's strain in which a radial return shows how long that is for it."""
 
@@ -89,28 +92,23 @@ def error_estimate(start: State, solved: Solved) -> float:
     flows = bool(response.returned.plastic.any())
     # Where nothing flows both stresses are one, but for round-off, which may be all that an unloaded body has left.
     euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
-    power, square = kin.volume * np.abs(np.vecdot(sigma, kin.strain)), np.vecdot(kin.strain, kin.strain) / 12
+    power = kin.volume * np.abs(np.vecdot(sigma, kin.strain))
     taken = float(power.sum())
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
     behind = lag(start, solved)
-    work = taken + behind.friction
-    gathered = (missed / 2 / work if taken > 0 else 0.0) + vdot(kin.volume, square) / float(kin.volume.sum())
-    # A small part of a body may take all of the work.
-    least = vdot(power, square) / work if taken > 0 else 0.0
+    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + _strained(solved, power)
     lagging = 0.0 if _is_first(increment) else behind.share(taken)
     bends = flows and is_strained(solved)
-    if _is_first(increment):
-        gathered += UNEVEN * _unevenness(solved)
     if is_past_yield(increment):
         if _is_first(increment):
-            return GATHERED * max(gathered, least) + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
+            return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
-        return GATHERED * max(gathered + bent, least) + lagging
+        return GATHERED * (gathered + bent) + lagging
     # Where flow was carried on, that is the better one of the two.
     alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
     begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
     begun = (begun / taken if taken > 0 else 0.0) + (_yields(start, solved) if bends else 0.0)
-    return GATHERED * max(gathered, least) + begun + lagging
+    return GATHERED * gathered + begun + lagging
 
 
 def _returned(start: State, solved: Solved, parts: int) -> Floats:
@@ -155,11 +153,17 @@ def _settles(start: State, solved: Solved) -> float:
     return flowed * left / 10
 
 
-def _unevenness(solved: Solved) -> float:
-    """The variance of the increment of peeq over the body."""
-    volume, strain = solved.response.kinematics.volume, solved.response.returned.dpeeq
-    mean = vdot(volume, strain) / float(volume.sum())
-    return vdot(volume, (strain - mean) ** 2) / float(volume.sum())
+def _strained(solved: Solved, power: Floats) -> float:
+    """S, and in a first increment its T, where points (e, q) take a ``power``."""
+    volume, strain = solved.response.kinematics.volume, solved.response.kinematics.strain
+    small = float(power.sum()) ** 2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
+    weight = power if small else volume
+    weight = weight / float(weight.sum())
+    square = vdot(weight, np.vecdot(strain, strain)) / 12
+    if not _is_first(solved.iterate.increment):
+        return square
+    flowed = solved.response.returned.dpeeq
+    return square + UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
 
 def _over_yield(start: State, solved: Solved) -> float:
