@@ -120,7 +120,7 @@ class Riding:
                 spin = self._spun(j, whole)
                 if spin is None:
                     continue
-                turning = (others > 0) & [i == j or self._alike(spin, i, whole) for i in range(len(others))]
+                turning = np.array([n > 0 and (i == j or self._alike(spin, i, whole)) for i, n in enumerate(others)])
                 held_so = tool.welded or self._grips(turning * others) or (alone and isinstance(tool.face, Plane))
                 if (whole and not held_so) or not self._spreads(turning, spin):
                     continue

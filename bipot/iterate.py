@@ -22,6 +22,8 @@ from bipot.fem.strain import Scratch
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.scales import units_of
+from bipot.scene.paces import Paces
+from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
@@ -65,6 +67,36 @@ class Increment:
     def driven(self) -> Floats:
         """The prescribed displacement (a, d), zero where none is prescribed."""
         return self.tools.driven
+
+    @cached_property
+    def paces(self) -> Paces:
+        """The kinks of supports, loads and tools that may reach the body, and at which the pace alone changes."""
+        return self.system.body.scene.paces(self.system.candidates.reached(self.rows.gap))
+
+    @property
+    def turns(self) -> bool:
+        """Whether rates of paths and loads come into other proportions at its start."""
+        return self._at_kink and self.paces.is_turn(self.start.tau)
+
+    @cached_property
+    def quicker(self) -> float:
+        """How many times as fast as in the increment before all goes on (:mod:`bipot.scene.paces`); 1 after a turn."""
+        return self.paces.factor(self.start.tau) if self._at_kink else 1.0
+
+    @property
+    def _at_kink(self) -> bool:
+        """Whether any rate changes at its start."""
+        return any(abs(kink - self.start.tau) <= SAME for kink in self.system.body.scene.kinks)
+
+    @property
+    def before(self) -> float:
+        """The length of the increment that led to its start, in pseudo-time at the pace of this one."""
+        return self.start.length / self.quicker
+
+    @property
+    def rates(self) -> Floats:
+        """The rates (a d + m,) of that increment, of nodes and translations, at the pace of this one."""
+        return self.quicker * self.start.rates
 
     @cached_property
     def dragged(self) -> Floats:

@@ -53,7 +53,7 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
     off = unbalanced(going)
     if off > max(FAR, bounds.equilibrium):
         with suppress(InvertedElement, NotConverged):
-            kept = increment.at(increment.system.body.space.gather(start.rates * (increment.tau - start.tau)))
+            kept = increment.at(increment.system.body.space.gather(increment.rates * (increment.tau - start.tau)))
             if unbalanced(kept) < NEARER * off:
                 return kept
     return going
@@ -75,12 +75,11 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
 
     Where no tool, support or load moves or changes, the body stays, because the material is rate-independent. Where
     tools reverse, no motion leaves gaps that the forces at the start push open, so these do work; continuing the last
-    motion opens the gaps further, with more work. At a corner of a path or an amplitude the last motion says nothing of
-    the next one.
+    motion opens the gaps further, with more work. Where the path turns the last motion says nothing of the next one.
     """
     start, rows = increment.start, increment.rows
-    x = increment.system.body.space.gather(pace.predict(start, increment.tau))
-    if increment.system.is_kink(start.tau):
+    x = increment.system.body.space.gather(pace.predict(increment))
+    if increment.turns:
         return np.zeros_like(x)
     same = np.array_equal(rows.gap, start.gap) and not increment.loaded
     if same and not rows.slip.any() and not increment.driven.any():

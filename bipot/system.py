@@ -15,7 +15,6 @@ from bipot.fem.kinematics import gradients
 from bipot.response import Body, Response, State, body_space, rest
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
-from bipot.schedule import SAME
 from bipot.tensors import norm
 from bipot.typing import Floats, einsum, max_abs
 
@@ -45,10 +44,6 @@ class System:
     def loading(self) -> Loading:
         """The scene's loads."""
         return Loading(self.body.space, self.body.scene.loads)
-
-    def is_kink(self, tau: float) -> bool:
-        """Whether the rate of a path or a load changes at ``tau``."""
-        return any(abs(kink - tau) <= SAME for kink in self.body.scene.kinks)
 
     def load(self, nodal: Floats, tau: float) -> Floats:
         """The load on the unknowns (n,): ``nodal`` loads (a, d), and the driving forces of tools at ``tau``."""

@@ -1,6 +1,7 @@
 """Increments by accuracy of bodies that nobody calibrated on: confined, turned, strained a little; and their limits."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice, pairwise
 
 import numpy as np
@@ -12,6 +13,7 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Accepted, Schedule, march
 from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder
 from bipot.meshes.solids import brick
 from bipot.paths import Path
@@ -99,6 +101,22 @@ def rough() -> Scene:
     return Scene(mesh, Geometry.PLANE_STRAIN, material, QUARTER, lid((0.0, -0.01), np.inf))
 
 
+def stem(base: float) -> Scene:
+    """A stem on a square block that is so wide, and held below: the stem alone is upset, by a fifth."""
+    height, count = base + 1.0, round(base)
+    square = block(base, height, count, count + 1, element=Element.Q8)
+    x, y = square.nodes[square.elements].mean(axis=1).T
+    elements = square.elements[(y < base) | (x < 1.0)]
+    used, numbers = np.unique(elements, return_inverse=True)
+    parts = {"base": square.boundaries["base"], "left": square.boundaries["left"], "top": square.boundaries["top"][:1]}
+    new = {old: k for k, old in enumerate(used.tolist())}
+    sides = {name: [[new[a] for a in edge] for edge in np.array(edges).tolist()] for name, edges in parts.items()}
+    mesh = Mesh(square.nodes[used], numbers.reshape(elements.shape), {k: np.array(v) for k, v in sides.items()})
+    tool = FlatTool((0.0, height), (0.0, -1.0), (0.0, -0.2), ("top",), 0.1)
+    held = Symmetry("left", 0), Support("base", 0), Support("base", 1)
+    return Scene(mesh, Geometry.PLANE_STRAIN, metal(0.3, Linear(300.0, 600.0)), held, (tool,))
+
+
 def paced(scene: Scene, count: int | None = None, accuracy: float = ACCURACY) -> list[Accepted]:
     return list(islice(march(scene, Schedule(accuracy=accuracy), CONTROL), count))
 
@@ -165,6 +183,37 @@ def test_what_is_left_of_yielding_is_what_the_body_stores(scene, order):
     assert left > 0.1 * found
 
 
+def punched() -> Scene:
+    """A large block beneath a flat punch a quarter as wide, which is pressed into it by a tenth of its half."""
+    mesh = block(4.0, 4.0, 12, 12, element=Element.T6)
+    beneath = mesh.nodes[mesh.boundaries["top"]][..., 0].max(axis=1) < 1.01
+    boundaries = {**mesh.boundaries, "punch": mesh.boundaries["top"][beneath]}
+    tool = FlatTool((0.0, 4.0), (0.0, -1.0), (0.0, -0.1), ("punch",), 0.1)
+    held = Symmetry("left", 0), Support("base", 0), Support("base", 1)
+    mesh = replace(mesh, boundaries=boundaries)
+    return Scene(mesh, Geometry.PLANE_STRAIN, metal(0.3, Linear(300.0, 600.0)), held, (tool,))
+
+
+@pytest.mark.parametrize("scene", [stem(4.0), stem(8.0), punched()], ids=["stem", "low stem", "punch"])
+def test_what_is_strained_counts_however_large_the_body_around_it_is(scene):
+    """All was one increment or two, off by up to 9 times the accuracy: strain was a mean over the body."""
+    steps = paced(scene, 3)
+    assert steps[-1].state.tau < 1
+    assert along(scene, steps).max() <= 2
+
+
+def test_strain_is_a_mean_over_the_work_where_little_of_the_body_takes_that():
+    """Made here of stress, strain and peeq; nothing is left of yielding."""
+    step = next(march(punched(), Schedule(1), CONTROL))
+    kin, peeq = step.solved.response.kinematics, step.state.peeq
+    power = kin.volume * np.abs(np.vecdot(step.state.stress, kin.strain))
+    assert power.sum() ** 2 < kin.volume.sum() * (power**2 / kin.volume).sum() / 3
+    square = np.average(np.vecdot(kin.strain, kin.strain), weights=power)
+    variance = np.cov(peeq.ravel(), aweights=power.ravel(), bias=True)
+    found = error_estimate(step.start, step.solved)
+    assert found == pytest.approx(2.5 * (square / 12 + 0.4 * variance), rel=1e-6)
+
+
 def test_a_force_across_the_way_is_not_what_is_asked():
     """The power of the tool is stationary, a force that does no work is not."""
     scene = sheared()
@@ -190,12 +239,12 @@ def test_where_bands_of_shear_form_the_error_of_an_increment_grows_by_itself():
     assert errors[-1] > 3
 
 
-def test_yielding_just_after_a_kink_of_the_pace_may_err_more():
-    """Little turns there, and the rest of the way is one increment."""
+def test_yielding_just_after_a_change_of_pace_is_followed():
+    """It was passed in one increment, as if the path turned there, with an error of six times the accuracy."""
     scene = quickened()
     steps = paced(scene)
-    assert [step.state.tau for step in steps] == [0.5, 1.0]
-    assert 3 < along(scene, steps)[-1] < 10
+    assert len(steps) > 3
+    assert along(scene, steps).max() <= 3
 
 
 def test_first_yield_of_a_rough_body_leaves_more_than_a_fine_accuracy():

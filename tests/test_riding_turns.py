@@ -364,6 +364,15 @@ def test_jaws_that_turn_alike_about_two_places_turn_a_body_between_them():
     assert one.energies.friction == pytest.approx(many.energies.friction, rel=0.1)
 
 
+def test_a_jaw_that_turns_alike_but_touches_nothing_yet_turns_nothing():
+    """Raised that there is no largest of no places."""
+    asked = slab(2, plate(2, ANGLE))
+    stop = FlatTool((1.0, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), MU)
+    lower = ShapedTool(Plane((0.0, -0.1), (0.0, 1.0)), (0.0, 0.0), ("base",), np.inf, turn=asked.tools[1].turn)
+    by, exact = taken(replace(asked, tools=(stop, asked.tools[1], lower)))
+    np.testing.assert_allclose(by, exact, atol=1e-15)
+
+
 TURNED = (0.0, 0.0), (0.3, 0.0), (0.6, 0.4), (1.0, 1.0)
 
 

@@ -1,7 +1,8 @@
 r"""How much plastic flow is carried on into an increment: BDF2's ratio and its guards, measured from the material.
 
 The increment is solved with the last flow carried on (:mod:`bipot.laws.flow`). The ratio rho of the two increments in
-pseudo-time is only a first guess, because the material is rate-independent. The solution shows
+pseudo-time, at one pace (:mod:`bipot.scene.paces`), is only a first guess, because the material is rate-independent.
+The solution shows
 
 * where the flow did not continue: de_p0 : gamma n <= 0, the point stayed elastic or flowed against its last flow;
 * the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over the points that carried, de_p zero where it stopped.
@@ -13,7 +14,7 @@ flow stopped drop what they carried, for good, and the increment is solved again
 the dissipation of what they carried is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After more
 than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 
-Where no solution is found, and at a kink of the path, the increment is solved by backward Euler. That solution stands
+Where no solution is found, and where the path turns, the increment is solved by backward Euler. That solution stands
 if less than TOO_LITTLE of the flow continues in it; otherwise the increment is solved from there with the flow, or has
 failed. So it does not depend on the luck of a solver which of the two is accepted.
 
@@ -109,7 +110,7 @@ class CarriedFlow:
         state = increment.start
         if state.flow is None or not state.length > 0:
             return None
-        ratio = (increment.tau - state.tau) / state.length
+        ratio = (increment.tau - state.tau) / increment.before
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @property
@@ -130,13 +131,17 @@ class CarriedFlow:
             return replace(self, ratio=flowed.ratio, on=self.on & ~flowed.stopped)
         return self
 
-    def found_by(self, system: System, euler: Solved) -> CarriedFlow | None:
-        """What to carry according to a solution by backward Euler; None if that solution stands."""
+    def found_by(self, increment: Increment, euler: Solved) -> CarriedFlow | None:
+        """What to carry according to a solution by backward Euler; None if that solution stands.
+
+        Where the path turns lengths in pseudo-time tell nothing, however near the guess by them is.
+        """
         none = replace(self, ratio=0.0)
-        ratio = Flowed.of(system, none, euler).overall
+        ratio = Flowed.of(increment.system, none, euler).overall
         if not none.is_wrong(ratio):
             return None
-        return replace(self, ratio=ratio if self.is_wrong(ratio) else self.ratio, found=True)
+        measured = increment.turns or self.is_wrong(ratio)
+        return replace(self, ratio=ratio if measured else self.ratio, found=True)
 
 
 @dataclass(frozen=True)
@@ -184,13 +189,13 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
     why: Reason | None = None
     near: Near | None = None
     carried = CarriedFlow.guess(increment) if second else None
-    # Rates are others after a kink, and a body that turns round goes on elastically: the last flow misleads there.
-    unknown = system.is_kink(state.tau)
+    # Rates are others where the path turns, and a body that turns round goes on elastically: the last flow misleads.
+    unknown = increment.turns
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
             tried.append(_without(state, solve, refused, None))
             near = euler = tried[-1].solved
-            carried = None if euler is None else carried.found_by(system, euler)
+            carried = None if euler is None else carried.found_by(increment, euler)
             if carried is None:
                 return _joined(tried)
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))

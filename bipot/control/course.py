@@ -73,7 +73,7 @@ class Course:
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
-        start, state = self.state, advance(self.state, solved)
+        start, state, quicker = self.state, advance(self.state, solved), solved.iterate.increment.quicker
         return Course(
             state=state,
             number=self.number + 1,
@@ -82,7 +82,7 @@ class Course:
             size=math.nan,
             uncut=math.nan,
             landed=np.zeros_like(self.landed),
-            before=self.before.next(start),
+            before=self.before.next(start).at_pace(quicker, start.tau),
             proposed=proposed,
         )
 

@@ -2,19 +2,21 @@ r"""An estimate of the error that an increment adds to the force.
 
 It is a fraction of the force,
 
-    e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)  +  T)
-        +  Y  +  l.
+    e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  S  +  T)  +  Y  +  l.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
   power is of order two in the increment, like the error of the flow carried on. In space its measure is the work of
   strain and friction together, as that of l is: where friction does the work, what is left of strain says nothing.
-* |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
+* S is the mean of |de|^2/12 over the body: the difference of the midpoint strain from the logarithmic one,
+  2 tanh(x/2) = x - x^3/12 + ... Where less than SMALL of the body takes the work, as a stem on a block does, or what is
+  beneath a punch in a large one, S is the mean over the work, what the power misses. That part is (sum_q p)^2 over
+  sum_q w sum_q p^2/w with p = w |sigma : de|.
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
   the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
   event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
   increment after rest or a kink, of which no velocity before tells anything, T is UNEVEN times the variance of the
-  increment of peeq over the body: the more unevenly a body is strained, the more its motion changes by that. An upset
+  increment of peeq over what S is: the more unevenly a body is strained, the more its motion changes by that. An upset
   cylinder has a tenth of what a square between nearly smooth tools has, in which bands of shear form.
 * An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
   to yield, while the force still follows the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v|
@@ -33,6 +35,9 @@ It is a fraction of the force,
   loads change, and after a kink, strain alone tells as above.
 * l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
   against the work of strain and friction together.
+
+Kinks are those at which rates come into other proportions. Where only the pace changes (:mod:`bipot.scene.paces`),
+v_0 and the lengths before are those at the pace of the increment.
 
 l is of order one, and the other terms are of order two where the solution is smooth. Errors of the motion stay in the
 shape of the body, and those of later increments add to them, which is GATHERED. It and the other factors are
@@ -73,6 +78,9 @@ SETTLED, STORED = 2 / YIELDING, 4 / 3 / YIELDING
 left of yielding, 1 / YIELDING where it is strained evenly and a third more in plane strain.
 """
 
+SMALL = 1 / 3
+"""Part of the body, less of which a mean over all of it does not show. Bands of shear take two fifths."""
+
 PARTS = 8
 """Of an increment's strain in which a radial return shows how long that is for it."""
 
@@ -84,15 +92,13 @@ def error_estimate(start: State, solved: Solved) -> float:
     flows = bool(response.returned.plastic.any())
     # Where nothing flows both stresses are one, but for round-off, which may be all that an unloaded body has left.
     euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
-    taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
+    power = kin.volume * np.abs(np.vecdot(sigma, kin.strain))
+    taken = float(power.sum())
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
-    square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
     behind = lag(start, solved)
-    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
+    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + _strained(solved, power)
     lagging = 0.0 if _is_first(increment) else behind.share(taken)
     bends = flows and is_strained(solved)
-    if _is_first(increment):
-        gathered += UNEVEN * _unevenness(solved)
     if is_past_yield(increment):
         if _is_first(increment):
             return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
@@ -116,8 +122,8 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
 
 
 def _is_first(increment: Increment) -> bool:
-    """Whether it starts from rest or at a kink."""
-    return increment.start.length == 0 or increment.system.is_kink(increment.start.tau)
+    """Whether it starts from rest or at a kink that is no change of pace."""
+    return increment.start.length == 0 or increment.turns
 
 
 def _begins(start: State, solved: Solved) -> float:
@@ -147,11 +153,17 @@ def _settles(start: State, solved: Solved) -> float:
     return flowed * left / 10
 
 
-def _unevenness(solved: Solved) -> float:
-    """The variance of the increment of peeq over the body."""
-    volume, strain = solved.response.kinematics.volume, solved.response.returned.dpeeq
-    mean = vdot(volume, strain) / float(volume.sum())
-    return vdot(volume, (strain - mean) ** 2) / float(volume.sum())
+def _strained(solved: Solved, power: Floats) -> float:
+    """S, and in a first increment its T, where points (e, q) take a ``power``."""
+    volume, strain = solved.response.kinematics.volume, solved.response.kinematics.strain
+    small = float(power.sum()) ** 2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
+    weight = power if small else volume
+    weight = weight / float(weight.sum())
+    square = vdot(weight, np.vecdot(strain, strain)) / 12
+    if not _is_first(solved.iterate.increment):
+        return square
+    flowed = solved.response.returned.dpeeq
+    return square + UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
 
 def _over_yield(start: State, solved: Solved) -> float:
@@ -182,8 +194,8 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     # A body that supports carry moves no less for that.
     before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
     now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
-    then = start.velocity - before.way / start.length
-    if increment.system.is_kink(start.tau):
+    then = increment.quicker * (start.velocity - before.way / start.length)
+    if increment.turns:
         size = square(then)
         then = then * math.sqrt(square(now) / size) if size > 0 else then
     size = square(now)

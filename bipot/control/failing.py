@@ -38,7 +38,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     if corner is not None:
         more = corner
     elif system.loading.loads or system.body.scene.drives:
-        top = pace.maximum(state)
+        top = pace.maximum(increment)
         most = "may be next to, or past, its maximum"
         if top is not None and top - state.tau < NEXT * (tau - state.tau):
             most = f"passes its maximum at about tau = {max(top, state.tau):.6g}"

@@ -5,14 +5,15 @@ stability of BDF2, and for accuracies finer than 1e-3 shorter still by the facto
 way is divided equally; an increment is then up to SLACK longer where that saves one. One with an error REFUSED times
 the accuracy is solved again, shorter, unless its estimate does not fall by that: an event's does not.
 
-At rest, the first increment has a strain of YIELDING yield strains, at a kink of TURNING, at least ONSET sqrt(accuracy)
-and at most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the
-body's extent. Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents
-what is beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the
-next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
-yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
-smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the
-yield strain is so large that an increment may not be so long, many short ones follow yielding.
+At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
+has a strain of YIELDING yield strains at rest, of TURNING at a kink, at least ONSET sqrt(accuracy) and at most GROWTH
+times that, judged by how far tools and supports go from each other, or from where they are, over the body's extent.
+Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents what is
+beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the next one
+is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first yield
+and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the smallest
+error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the yield
+strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -83,9 +84,11 @@ class Pacer:
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
-        left, least = target - state.tau, 0.0
-        if math.isnan(proposed) or system.is_kink(state.tau):
-            proposed, least = self._first(system, state, target)
+        left, least, whole = target - state.tau, 0.0, Increment(system, state, target)
+        if math.isnan(proposed) or whole.turns:
+            proposed, least = self._first(whole)
+        else:
+            proposed /= whole.quicker
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= least else min(proposed, left)
 
@@ -104,12 +107,12 @@ class Pacer:
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 
-    def _first(self, system: System, state: State, target: float) -> tuple[float, float]:
+    def _first(self, whole: Increment) -> tuple[float, float]:
         """The first length of a stretch of constant rates, and the least that passes first yield."""
-        whole = Increment(system, state, target)
+        system, state = whole.system, whole.start
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
         # What a load strains is not known beforehand, nor whether a turn does, nor how much of a body a curved tool.
-        tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), target - state.tau
+        tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), whole.tau - state.tau
         bends = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
         most = UNDRIVEN * stretch if strained == 0 or whole.loaded or bends[near].any() else stretch
         if strained == 0:

@@ -1,4 +1,7 @@
-"""How far a body is strained from rest, or from a kink of its path, and whether it has long yielded there."""
+"""How far a body is strained from rest, or from a kink of its path, and whether it has long yielded there.
+
+Kinks are those at which the path turns, not changes of pace (:mod:`bipot.scene.paces`).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,6 @@ import numpy as np
 from bipot.contact.closeness import touches
 from bipot.increment import Solved
 from bipot.iterate import Increment
-from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.reflection import imaged
@@ -25,10 +27,10 @@ ROUND_OFF = 1e-6
 
 def is_past_yield(increment: Increment) -> bool:
     """Whether it ends so far from rest or the last kink that the body has long yielded there."""
-    begun, kinks = increment.start.tau, increment.system.body.scene.kinks
-    kink = max((kink for kink in kinks if kink <= begun + SAME), default=0.0)
-    far = (TURNING if kink > 0 else YIELDING) * yield_strain(increment.system)
-    strain = strain_of(increment) * (increment.tau - kink) / (increment.tau - begun)
+    begun = increment.start.tau
+    turn, length = increment.paces.since_turn(begun, increment.tau)
+    far = (TURNING if turn > 0 else YIELDING) * yield_strain(increment.system)
+    strain = strain_of(increment) * length / (increment.tau - begun)
     if strain == 0:
         # Loads let a body yield bit by bit to the end.
         return not increment.loaded

@@ -9,6 +9,7 @@ import numpy as np
 
 from bipot.fem.assembly import Space
 from bipot.fem.strain import Scratch
+from bipot.iterate import Increment
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
 from bipot.response import State
@@ -114,40 +115,52 @@ class Paced:
         """The increment after this one, which led to ``state``."""
         return Paced(state.tau, (self.tau + state.tau) / 2, state.rates)
 
+    def at_pace(self, quicker: float, now: float) -> Paced:
+        """The same increment if all up to the pseudo-time ``now`` had gone ``quicker`` times as fast."""
+        if quicker == 1:
+            return self
+        tau, middle = (now - (now - then) / quicker for then in (self.tau, self.middle))
+        return Paced(tau, middle, quicker * self.velocity)
+
 
 @dataclass(frozen=True)
 class Pace:
     """Predicts an increment's motion: the velocity extrapolated linearly from the last two increments.
 
     The velocity of an increment is that of its middle. Where it changes by more than BOUNDED of itself (first yield,
-    a landing, a reversal) the last velocity is kept. ``before`` is the last increment but one, None if unknown.
+    a landing, a reversal) the last velocity is kept. ``before`` is the last increment but one, None if unknown. Both
+    are seen at the pace of the increment (:mod:`bipot.scene.paces`).
     """
 
     before: Paced | None = None
 
-    def predict(self, state: State, tau: float) -> Floats:
-        """Displacements, node by node, and translations (a d + m,) from ``state`` to ``tau``."""
-        before, middle, velocity = self._seen(state)
-        over = middle - before.middle
+    def predict(self, increment: Increment) -> Floats:
+        """Displacements, node by node, and translations (a d + m,) of the ``increment``."""
+        before, last = self._seen(increment)
+        start, velocity = increment.start, last.velocity
+        over = last.middle - before.middle
         if over > 0:
-            change = (velocity - before.velocity) * (((state.tau + tau) / 2 - middle) / over)
+            ahead = (start.tau + increment.tau) / 2 - last.middle
+            change = (velocity - before.velocity) * (ahead / over)
             bounded = np.linalg.norm(change) <= BOUNDED * np.linalg.norm(velocity)
             velocity = velocity + change if bounded else velocity
-        return velocity * (tau - state.tau)
+        return velocity * (increment.tau - start.tau)
 
-    def maximum(self, state: State) -> float | None:
-        """The pseudo-time of a maximum of the load, inferred from the acceleration towards ``state``; None without one.
+    def maximum(self, increment: Increment) -> float | None:
+        """The pseudo-time of a maximum of the load, inferred from the acceleration towards the ``increment``.
 
-        Near a maximum at tau_c, |velocity| grows as (tau_c - tau)^(-1/2), so |velocity|^-2 goes to zero linearly.
+        None without one. Near a maximum at tau_c, |velocity| grows as (tau_c - tau)^(-1/2), so |velocity|^-2 goes to
+        zero linearly.
         """
-        before, middle, velocity = self._seen(state)
-        over = middle - before.middle
-        fast, slow = (float(v @ v) for v in (velocity, before.velocity))
+        before, last = self._seen(increment)
+        over = last.middle - before.middle
+        fast, slow = (float(v @ v) for v in (last.velocity, before.velocity))
         if not over > 0 or not fast > FASTER**2 * slow > 0:
             return None
-        return middle + over / (fast / slow - 1)
+        return last.middle + over / (fast / slow - 1)
 
-    def _seen(self, state: State) -> tuple[Paced, float, Floats]:
-        """The last increment but one; middle and rates of the last, which led to ``state``."""
-        before = self.before or Paced.unknown(state)
-        return before, (before.tau + state.tau) / 2, state.rates
+    def _seen(self, increment: Increment) -> tuple[Paced, Paced]:
+        """The last two increments, of which the second led to the start of the ``increment``, at its pace."""
+        state, before = increment.start, self.before or Paced.unknown(increment.start)
+        quicker = increment.quicker
+        return before.at_pace(quicker, state.tau), before.next(state).at_pace(quicker, state.tau)

@@ -6,6 +6,7 @@ consistent set (N, mm, MPa or N, m, Pa).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -43,6 +44,7 @@ from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure
+from bipot.scene.paces import Moved, Paces, paces_of
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
 from bipot.tools.poses import pose_size
@@ -187,11 +189,18 @@ class Scene:
     @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
-        moving = [support for support in self.supports if isinstance(support, Prescribed)]
-        turns = [tool.turn for tool in self.tools if tool.turn is not None]
-        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.drives.by, *turns)]
-        paths = [*changing, *(tool.path for tool in self.tools)]
-        return tuple(sorted({tau for path in paths for tau in corners(path)}))
+        return tuple(sorted({tau for path, _ in self._moved(self.tools) for tau in corners(path)}))
+
+    def paces(self, near: Bools) -> Paces:
+        """At which of the kinks all these rates are multiplied by one factor; of tools (k,) those that are ``near``."""
+        return paces_of(self._moved([tool for tool, counts in zip(self.tools, near, strict=True) if counts]))
+
+    def _moved(self, tools: Sequence[Tool]) -> tuple[Moved, ...]:
+        """All paths and amplitudes, and what they multiply; of loads and forces, which are none, a number."""
+        turns = [(turn.amplitude.points, (turn.angle,)) for tool in tools if (turn := tool.turn) is not None]
+        moving = [(s.amplitude.points, (s.displacement,)) for s in self.supports if isinstance(s, Prescribed)]
+        loads = [(load.amplitude.points, (1.0,)) for load in (*self.loads, *self.drives.by)]
+        return (*moving, *loads, *turns, *((tool.path, tool.travel) for tool in tools))
 
     def origin(self, nodes: Floats) -> Floats:
         """The configuration (a, d) from which an increment is measured when the body is at ``nodes``."""
