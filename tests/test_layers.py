@@ -9,8 +9,8 @@ from tests.imports import circle, climbing, graph, imports, modules, reached, ro
 ROOT = Path(__file__).parents[1]
 
 LAYERS = (
-    ("errors", "progress", "tensors"),
-    ("basics", "hdf5", "schedule", "typing"),
+    ("errors", "progress"),
+    ("basics", "hdf5", "schedule", "tensors", "typing"),
     ("conic", "laws", "meshes", "paths"),
     ("certificate", "coulomb", "tools"),
     ("fem", "programs"),

@@ -19,7 +19,7 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import scale
 from bipot.errors import require, require_type
 from bipot.laws.projections import project_cone
-from bipot.tensors import FloatArray
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,10 +27,10 @@ class AssociatedSolution:
     """Minimiser r (dc,) of the relaxation. Not a :class:`CoulombSolution`: it solves another law."""
 
     problem: CoulombProblem
-    r: FloatArray
+    r: Floats
 
     @property
-    def u(self) -> FloatArray:
+    def u(self) -> Floats:
         """W r + q, (dc,)."""
         return self.problem.velocity(self.r)
 

@@ -24,8 +24,7 @@ from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.coulomb.solver import Solver
 from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 # Least weight of the polish's proximal term, and the |F| of scaled numbers at which nothing is left to polish.
 _LIGHTEST, _EXACT = 1e-10, 1e-15
@@ -60,7 +59,7 @@ class ConicSettings:
         return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
 
 
-def _cone_rows(problem: ScaledProblem, top: FloatArray) -> sparse.csr_matrix:
+def _cone_rows(problem: ScaledProblem, top: Floats) -> sparse.csr_matrix:
     """diag(top, 1 … 1) by contact: the rows whose cone is |r_t| <= top r_n (+ a radius)."""
     diagonal = np.ones((problem.mu.size, problem.dim))
     diagonal[:, 0] = top
@@ -81,7 +80,7 @@ class ForceProgram:
     conic: ConicProgram
     handle: Handle = None
 
-    def solve(self, linear: FloatArray, radius: FloatArray, centre: FloatArray | None = None) -> FloatArray:
+    def solve(self, linear: Floats, radius: Floats, centre: Floats | None = None) -> Floats:
         """The minimiser r (dc,), the regularisation around ``centre`` (default 0).
 
         Raises InfeasibleProgram where it is unbounded, ProgramError where unsolved.
@@ -107,9 +106,7 @@ class ForceProgram:
         return answer.x
 
 
-def polished_force(
-    problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int
-) -> FloatArray:
+def polished_force(problem: ScaledProblem, law: ContactFunction, r: Floats, load: Floats, steps: int) -> Floats:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
     Plain Newton comes first, which works for a regular W of any condition; then proximal Newton, with a first weight of
@@ -122,8 +119,8 @@ def polished_force(
 
 
 def _refined(
-    solver: Solver[Any], posed: ScaledProblem, law: ContactFunction, start: tuple[FloatArray, float], steps: int
-) -> tuple[FloatArray, float]:
+    solver: Solver[Any], posed: ScaledProblem, law: ContactFunction, start: tuple[Floats, float], steps: int
+) -> tuple[Floats, float]:
     """The iterate of smallest |F| among ``start`` and ``steps`` passes of a solver, with its |F|."""
     best, lowest = start
     state = solver.init(posed, best)
@@ -140,7 +137,7 @@ def _refined(
     return best, lowest
 
 
-def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:
+def force_program(problem: ScaledProblem, top: Floats, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
     P = sparse.csc_matrix(problem.symmetric_part() + settings.regularisation * sparse.eye_array(problem.size))
     bare = np.flatnonzero(top == 0)

@@ -9,14 +9,13 @@ import numpy as np
 from scipy import sparse
 
 from bipot.basics.definite import definite
-from bipot.tensors import FloatArray
-from bipot.typing import max_abs
+from bipot.typing import Floats, max_abs
 
 ROUGHLY = 1e-6
 """Matrices of files are symmetric and semidefinite to single precision, within this part of their largest entry."""
 
 
-def by_units(matrix: sparse.csr_array, unit: FloatArray) -> sparse.csr_array:
+def by_units(matrix: sparse.csr_array, unit: Floats) -> sparse.csr_array:
     """The matrix (n, n) with row and column i divided by unit i (n,)."""
     own = sparse.diags_array(1.0 / unit)
     return sparse.csr_array(own @ matrix @ own)

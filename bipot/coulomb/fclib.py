@@ -21,7 +21,7 @@ from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, require_
 from bipot.errors import BipotError, SceneError, require_count, require_path, require_type
 from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
 from bipot.hdf5.isolated import isolated as run_isolated
-from bipot.tensors import FloatArray
+from bipot.typing import Floats
 
 NUMBERS = "fiu"
 """Kinds that stand for real numbers: FCLIB's own reader converts integers as well."""
@@ -66,7 +66,7 @@ def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr
     return sparse.csr_array((sparse.csr_array if by_rows else sparse.csc_array)((x, i, p), shape=(rows, cols)))
 
 
-def _entries(group: Checked, count: int, sizes: Mapping[str, int]) -> tuple[FloatArray, list[NDArray[np.int32]]]:
+def _entries(group: Checked, count: int, sizes: Mapping[str, int]) -> tuple[Floats, list[NDArray[np.int32]]]:
     """The first ``count`` of x, and of the indices of these names below their sizes.
 
     There may be more, up to nzmax, which do not count and are not read.
@@ -149,7 +149,7 @@ def _global(group: Checked, vectors: Checked, dim: int) -> GlobalCoulombProblem:
     return GlobalCoulombProblem(M, H, f, w, mu, dim)
 
 
-def _friction(vectors: Checked, name: str, rows: int, dim: int) -> FloatArray:
+def _friction(vectors: Checked, name: str, rows: int, dim: int) -> Floats:
     """One coefficient a contact, of which the vector of that name has ``dim`` rows each."""
     fits = rows > 0 and rows % dim == 0
     vectors.require(fits, f"{name}: its length", rows, f"a positive multiple of spacedim = {dim}")
@@ -162,7 +162,7 @@ def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
     return problem.reduced() if isinstance(problem, GlobalCoulombProblem) else problem
 
 
-def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, FloatArray]:
+def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floats]:
     """Vectors u, r (perhaps v) of `/solution`, without those that were only declared; empty when the file has none.
 
     Raises:

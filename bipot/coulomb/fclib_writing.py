@@ -14,8 +14,7 @@ from bipot.basics.replacing import replace
 from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, ProblemGroup, Storage, solution_lengths
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import require_path, require_type
-from bipot.tensors import FloatArray
-from bipot.typing import as_numbers
+from bipot.typing import Floats, as_numbers
 
 if TYPE_CHECKING:
     import h5py
@@ -47,7 +46,7 @@ def _write_info(parent: h5py.ProblemGroup, title: str, description: str) -> None
         info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
 
 
-def _write_solution(file: h5py.File, solution: Mapping[str, FloatArray], lengths: Mapping[str, int | None]) -> None:
+def _write_solution(file: h5py.File, solution: Mapping[str, Floats], lengths: Mapping[str, int | None]) -> None:
     group = file.create_group(SOLUTION)
     for key, given in solution.items():
         vector = as_numbers(given, f"solution[{key!r}]")
@@ -64,7 +63,7 @@ def write_fclib(
     *,
     title: str = "frictional contact problem",
     description: str = "",
-    solution: Mapping[str, FloatArray] | None = None,
+    solution: Mapping[str, Floats] | None = None,
 ) -> None:
     """Write the problem as it stands, reduced or global, matrices by compressed rows.
 

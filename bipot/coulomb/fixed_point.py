@@ -13,15 +13,16 @@ from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, poli
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require_type
-from bipot.tensors import FloatArray, norm
+from bipot.tensors import norm
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True, eq=False)
 class FixedPointState:
     """The last program's answer r, the point x the next program is made at, and the acceleration's memory."""
 
-    r: FloatArray
-    point: FloatArray
+    r: Floats
+    point: Floats
     memory: Past
     program: ForceProgram
     antisymmetric: sparse.csr_array
@@ -45,7 +46,7 @@ class _FixedPoint:
         """Label: tresca-Damped, tresca-Anderson, de-saxce-Damped, de-saxce-Anderson."""
         return f"{self.label}-{type(self.acceleration).__name__}"
 
-    def _start(self, problem: ScaledProblem, r: FloatArray, top: FloatArray) -> FixedPointState:
+    def _start(self, problem: ScaledProblem, r: Floats, top: Floats) -> FixedPointState:
         program = force_program(problem, top, self.settings)
         return FixedPointState(r, r, Past(), program, problem.antisymmetric_part())
 
@@ -54,8 +55,8 @@ class _FixedPoint:
         problem: ScaledProblem,
         state: FixedPointState,
         law: ContactFunction,
-        shift: FloatArray,
-        radius: FloatArray,
+        shift: Floats,
+        radius: Floats,
     ) -> FixedPointState:
         """Program and polish at the point x, then the acceleration; the parts not in the program are its load
         (W - Wᵀ)/2 x - ε x + shift."""
@@ -76,7 +77,7 @@ class TrescaFixedPoint(_FixedPoint):
 
     label: ClassVar[str] = "tresca"
 
-    def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
+    def init(self, problem: ScaledProblem, r: Floats) -> FixedPointState:
         """Set up the program."""
         return self._start(problem, r, np.zeros_like(problem.mu))
 
@@ -96,7 +97,7 @@ class DeSaxceFixedPoint(_FixedPoint):
 
     label: ClassVar[str] = "de-saxce"
 
-    def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
+    def init(self, problem: ScaledProblem, r: Floats) -> FixedPointState:
         """Set up the program."""
         return self._start(problem, r, problem.mu)
 

@@ -23,7 +23,8 @@ import numpy as np
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.laws.projections import project_cone
-from bipot.tensors import FloatArray, norm
+from bipot.tensors import norm
+from bipot.typing import Floats
 
 _EPS, _TIE = float(np.finfo(np.float64).eps), 1.0 + 1e-9
 
@@ -31,8 +32,8 @@ _EPS, _TIE = float(np.finfo(np.float64).eps), 1.0 + 1e-9
 class Nearest(NamedTuple):
     """Distance to the law (c,), and which rows of a load bear on each contact's nearest branch, 0 or 1 (c, d)."""
 
-    distance: FloatArray
-    bearing: FloatArray
+    distance: Floats
+    bearing: Floats
 
 
 class Judgement(NamedTuple):
@@ -45,7 +46,7 @@ class Judgement(NamedTuple):
 NOWHERE = Judgement(float("inf"), float("inf"))
 
 
-def _slip_distance(r: FloatArray, u: FloatArray, mu: FloatArray, e: FloatArray) -> FloatArray:
+def _slip_distance(r: Floats, u: Floats, mu: Floats, e: Floats) -> Floats:
     """Distance to slip along e, (c, d - 1) of unit length: u_n = 0, u_t = s e, r = f (1, -mu e), s and f >= 0."""
     ray = np.column_stack([np.ones_like(mu), -mu[:, None] * e]) / np.sqrt(1.0 + mu * mu)[:, None]
     force = np.maximum(np.sum(r * ray, axis=1), 0.0)
@@ -54,13 +55,13 @@ def _slip_distance(r: FloatArray, u: FloatArray, mu: FloatArray, e: FloatArray) 
     return np.sqrt(u[:, 0] ** 2 + off_force**2 + off_slip**2)
 
 
-def _direction(t: FloatArray) -> FloatArray:
+def _direction(t: Floats) -> Floats:
     size = norm(t)[:, None]
     first = np.eye(1, t.shape[1])
     return np.where(size > 0, np.divide(t, size, out=np.zeros(t.shape), where=size > 0), first)
 
 
-def nearest_law(r: FloatArray, u: FloatArray, mu: FloatArray) -> Nearest:
+def nearest_law(r: Floats, u: Floats, mu: Floats) -> Nearest:
     """Distance of each pair r, u (c, d) to Coulomb's law with mu (c,), in the common unit of both.
 
     Slip in space has a direction to choose: that of u_t and that against r_t are tried, so the distance may be
@@ -83,7 +84,7 @@ def nearest_law(r: FloatArray, u: FloatArray, mu: FloatArray) -> Nearest:
     return Nearest(np.minimum(np.minimum(slip, stick), opened), bearing)
 
 
-def judge(problem: CoulombProblem, r: FloatArray) -> Judgement:
+def judge(problem: CoulombProblem, r: Floats) -> Judgement:
     """How far a force r (dc,) is from solving a problem, relative to the load.
 
     For each group of contacts, in contact units, 2-norms over the group:
@@ -101,7 +102,7 @@ def judge(problem: CoulombProblem, r: FloatArray) -> Judgement:
     return found if np.isfinite(found.residual) else NOWHERE
 
 
-def _judged(problem: CoulombProblem, r: FloatArray) -> Judgement:
+def _judged(problem: CoulombProblem, r: Floats) -> Judgement:
     unit, group = problem.contact_unit, problem.groups
     rows = np.repeat(unit, problem.dim)
     forces, load = problem.by_contact(r * rows), problem.by_contact(problem.q / rows)
@@ -111,20 +112,20 @@ def _judged(problem: CoulombProblem, r: FloatArray) -> Judgement:
     pressing = norm(load * found.bearing)
     count = int(group.max()) + 1
 
-    def length(lengths: FloatArray) -> FloatArray:
+    def length(lengths: Floats) -> Floats:
         return np.sqrt(np.bincount(group, lengths * lengths, count))
 
     scale = _scale(length(pressing), length(norm(load)), length(norm(forces)))
     moved = pressing + reach
     own = np.where(moved > 0, np.minimum(moved, scale[group]), scale[group])
 
-    def worst(lengths: FloatArray) -> float:
+    def worst(lengths: Floats) -> float:
         return max(float(np.max(length(lengths) / scale)), float(np.max(lengths / own)))
 
     resolution = worst(_EPS * reach)
     return Judgement(max(worst(found.distance), resolution), resolution)
 
 
-def _scale(bearing: FloatArray, load: FloatArray, force: FloatArray) -> FloatArray:
+def _scale(bearing: Floats, load: Floats, force: Floats) -> Floats:
     either = np.minimum(np.where(load > 0, load, np.inf), np.where(force > 0, force, np.inf))
     return np.where(bearing > 0, bearing, np.where(np.isfinite(either), either, 1.0))

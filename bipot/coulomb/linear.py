@@ -9,11 +9,10 @@ from scipy.sparse import linalg as sparse_linalg
 from bipot.coulomb.functions import Expansion
 from bipot.coulomb.scaling import Blocks, ScaledProblem
 from bipot.errors import ProgramError
-from bipot.tensors import BoolArray, FloatArray
-from bipot.typing import einsum
+from bipot.typing import Bools, Floats, einsum
 
 
-def _dense_jacobian(W: FloatArray, du: FloatArray, dr: FloatArray) -> FloatArray:
+def _dense_jacobian(W: Floats, du: Floats, dr: Floats) -> Floats:
     c, d, _ = du.shape
     J = (du @ W.reshape(c, d, c * d)).reshape(c, d, c, d)
     each = np.arange(c)
@@ -21,7 +20,7 @@ def _dense_jacobian(W: FloatArray, du: FloatArray, dr: FloatArray) -> FloatArray
     return J.reshape(c * d, c * d)
 
 
-def _sparse_jacobian(W: Blocks, du: FloatArray, dr: FloatArray, kept: BoolArray) -> sparse.csc_matrix:
+def _sparse_jacobian(W: Blocks, du: Floats, dr: Floats, kept: Bools) -> sparse.csc_matrix:
     """Rows and columns of the ``kept`` contacts only; du and dr (c, d, d) of all."""
     d = dr.shape[1]
     chosen = kept[W.row] & kept[W.column]
@@ -33,7 +32,7 @@ def _sparse_jacobian(W: Blocks, du: FloatArray, dr: FloatArray, kept: BoolArray)
     return sparse.csc_matrix(sparse.bsr_array((data, number[column], start), shape=(count * d, count * d)))
 
 
-def jacobian(problem: ScaledProblem, rows: Expansion) -> FloatArray | sparse.csc_matrix:
+def jacobian(problem: ScaledProblem, rows: Expansion) -> Floats | sparse.csc_matrix:
     """dF/du W + dF/dr of the whole problem, (dc, dc)."""
     if problem.blocks is None:
         return _dense_jacobian(np.asarray(problem.W), rows.du, rows.dr)
@@ -50,7 +49,7 @@ def factorised(matrix: sparse.csc_matrix) -> sparse_linalg.SuperLU:
         raise ProgramError("the Newton matrix is singular") from failure
 
 
-def newton_direction(problem: ScaledProblem, rows: Expansion, proximal: float) -> FloatArray:
+def newton_direction(problem: ScaledProblem, rows: Expansion, proximal: float) -> Floats:
     """Solve (dF/du (W + α I) + dF/dr) δr = -F, (dc,); open contacts (dF/du = 0, F = r) are eliminated with δr = -F.
 
     Raises ProgramError where the matrix is singular to working precision.
@@ -69,7 +68,7 @@ def newton_direction(problem: ScaledProblem, rows: Expansion, proximal: float) -
     return step.ravel()
 
 
-def _solve(problem: ScaledProblem, du: FloatArray, dr: FloatArray, kept: BoolArray, right: FloatArray) -> FloatArray:
+def _solve(problem: ScaledProblem, du: Floats, dr: Floats, kept: Bools, right: Floats) -> Floats:
     if problem.blocks is not None:
         return factorised(_sparse_jacobian(problem.blocks, du, dr, kept)).solve(right)
     dofs = np.flatnonzero(np.repeat(kept, problem.dim))

@@ -13,8 +13,7 @@ from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
 from bipot.coulomb.linear import factorised, jacobian, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require, require_count, require_type
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 _SHORTEST = 1e-3
 _DECREASE = 0.1
@@ -34,8 +33,8 @@ class LineSearch:
         require_count(self.memory, "memory")
 
     def __call__(
-        self, merit: Callable[[FloatArray], float], r: FloatArray, step: FloatArray, past: tuple[float, ...]
-    ) -> tuple[FloatArray, float]:
+        self, merit: Callable[[Floats], float], r: Floats, step: Floats, past: tuple[float, ...]
+    ) -> tuple[Floats, float]:
         """(new r, its merit)."""
         reference, t = max(past[-self.memory :]), 1.0
         best, lowest = r, np.inf
@@ -54,22 +53,22 @@ class LineSearch:
 class NewtonState:
     """r, the merit |F| of the iterates so far, and why it stopped."""
 
-    r: FloatArray
+    r: Floats
     merits: tuple[float, ...]
     stalled: str | None = None
 
 
-def merit(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> float:
+def merit(problem: ScaledProblem, function: ContactFunction, r: Floats, u: Floats) -> float:
     """|F(r, u)|, 2-norm over all contacts."""
     return float(np.linalg.norm(function.value(problem.by_contact(r), problem.by_contact(u), problem.mu)))
 
 
-def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Expansion:
+def linearise(problem: ScaledProblem, function: ContactFunction, r: Floats, u: Floats) -> Expansion:
     """F and its derivatives by contact."""
     return function.linearise(problem.by_contact(r), problem.by_contact(u), problem.mu)
 
 
-def _levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> FloatArray:
+def _levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> Floats:
     """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular
     W."""
     J, F = jacobian(problem, rows), rows.value.ravel()
@@ -110,7 +109,7 @@ class Newton:
         """Label: newton-AlartCurnier, newton-NaturalMap, with -LM for Levenberg-Marquardt."""
         return f"newton-{type(self.function).__name__}" + ("-LM" if self.levenberg else "")
 
-    def init(self, problem: ScaledProblem, r: FloatArray) -> NewtonState:
+    def init(self, problem: ScaledProblem, r: Floats) -> NewtonState:
         """Merit at the start."""
         return NewtonState(r, (merit(problem, self.function, r, problem.velocity(r)),))
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from bipot.coulomb.problem import Affine, CoulombProblem, column_count
-from bipot.tensors import FloatArray
+from bipot.typing import Floats, Ints
 
 # Above this many rows and below this filling a sparse factorisation beats a dense one.
 DENSE_ROWS = 300
@@ -24,10 +23,10 @@ class Blocks:
     Every diagonal block is there, zero or not.
     """
 
-    data: FloatArray
-    row: NDArray[np.intp]
-    column: NDArray[np.intp]
-    diagonal: NDArray[np.intp]
+    data: Floats
+    row: Ints
+    column: Ints
+    diagonal: Ints
 
 
 def blocks(W: sparse.csr_array, dim: int) -> Blocks:
@@ -53,15 +52,15 @@ class ScaledProblem(Affine):
     ``W`` is dense where dense algebra is faster; ``blocks`` are those of a sparse W, None for a dense one.
     """
 
-    W: FloatArray | sparse.csr_array
-    q: FloatArray
-    mu: FloatArray
+    W: Floats | sparse.csr_array
+    q: Floats
+    mu: Floats
     dim: int
-    force: FloatArray
-    length: FloatArray
+    force: Floats
+    length: Floats
     blocks: Blocks | None
 
-    def unscale(self, r: FloatArray) -> FloatArray:
+    def unscale(self, r: Floats) -> Floats:
         """Force in the units of the problem it came from."""
         return self.force * r
 

@@ -13,8 +13,7 @@ from bipot.coulomb.judgement import judge
 from bipot.coulomb.problem import CoulombProblem
 from bipot.errors import require, require_type
 from bipot.laws import coulomb
-from bipot.tensors import FloatArray
-from bipot.typing import as_numbers, max_abs
+from bipot.typing import Floats, as_numbers, max_abs
 
 
 class Outcome(Enum):
@@ -27,7 +26,7 @@ class Outcome(Enum):
     FAILED = "failed"
 
 
-def _natural_error(problem: CoulombProblem, r: FloatArray, u: FloatArray, q: FloatArray) -> float:
+def _natural_error(problem: CoulombProblem, r: Floats, u: Floats, q: Floats) -> float:
     """|F| / max(|q|, |r|, |u|) with F the natural map at step 1 (absolute when the scale is round-off)."""
     F = coulomb.natural_map(problem.by_contact(r), problem.by_contact(u), problem.mu, 1.0)
     scale = max(float(np.linalg.norm(x)) for x in (q, r, u))
@@ -35,7 +34,7 @@ def _natural_error(problem: CoulombProblem, r: FloatArray, u: FloatArray, q: Flo
     return error / scale if scale > np.finfo(np.float64).eps else error
 
 
-def known_force(problem: CoulombProblem, r: object, field: str = "r") -> FloatArray:
+def known_force(problem: CoulombProblem, r: object, field: str = "r") -> Floats:
     """``r`` as a force of the problem; raises SceneError unless it is one of finite numbers (dc,)."""
     require_type(problem, CoulombProblem, "problem")
     force = as_numbers(r, field)
@@ -44,7 +43,7 @@ def known_force(problem: CoulombProblem, r: object, field: str = "r") -> FloatAr
     return force
 
 
-def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
+def natural_residual(problem: CoulombProblem, r: Floats) -> float:
     """The usual criterion: |r - P_K(r - (u + mu |u_t| n))| / max(|q|, |r|, |u|), 2-norms over all contacts.
 
     It mixes units (step 1) and hides any error where |r| diverges: it is reported but decides nothing.
@@ -53,7 +52,7 @@ def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
     return _natural_error(problem, r, problem.velocity(r), problem.q)
 
 
-def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
+def unit_free_residual(problem: CoulombProblem, r: Floats) -> float:
     """The same of the problem (rho W, q/|q|) at r/(rho |q|), rho = d c / trace W: no unit enters.
 
     |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It too hides errors where r diverges.
@@ -64,7 +63,7 @@ def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
     return _natural_error(problem, r / force, problem.velocity(r) / length, problem.q / length)
 
 
-def residual(problem: CoulombProblem, r: FloatArray) -> float:
+def residual(problem: CoulombProblem, r: Floats) -> float:
     """Distance to the law relative to the load, which decides "solved": :func:`bipot.coulomb.judgement.judge`."""
     return judge(problem, known_force(problem, r)).residual
 
@@ -77,7 +76,7 @@ class CoulombSolution:
     """
 
     problem: CoulombProblem
-    r: FloatArray
+    r: Floats
     outcome: Outcome
     solver: str
     reason: str
@@ -90,11 +89,11 @@ class CoulombSolution:
         return self.outcome is Outcome.CONVERGED
 
     @cached_property
-    def u(self) -> FloatArray:
+    def u(self) -> Floats:
         """Relative velocities or displacements W r + q, (dc,)."""
         return self.problem.velocity(self.r)
 
-    def _pair(self) -> tuple[FloatArray, FloatArray]:
+    def _pair(self) -> tuple[Floats, Floats]:
         return self.problem.by_contact(self.r), self.problem.by_contact(self.u)
 
     def natural_residual(self) -> float:

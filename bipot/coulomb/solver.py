@@ -20,15 +20,14 @@ from bipot.coulomb.problem import CoulombProblem, require_sizes
 from bipot.coulomb.scaling import ScaledProblem, scale
 from bipot.coulomb.solution import CoulombSolution, Outcome, known_force
 from bipot.errors import ProgramError, require, require_count, require_type
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 
 class SolverState(Protocol):
     """One iterate: the scaled force, and why no further step is useful (None while one is)."""
 
     @property
-    def r(self) -> FloatArray:
+    def r(self) -> Floats:
         """Scaled force, (dc,)."""
         ...
 
@@ -50,7 +49,7 @@ class Solver(Protocol[S]):
         """Label in results."""
         ...
 
-    def init(self, problem: ScaledProblem, r: FloatArray) -> S:
+    def init(self, problem: ScaledProblem, r: Floats) -> S:
         """State at the scaled force r (dc,)."""
         ...
 
@@ -102,7 +101,7 @@ def run(
     solver: Solver[S],
     problem: CoulombProblem,
     limits: Limits | None = None,
-    start: FloatArray | None = None,
+    start: Floats | None = None,
     clock: Callable[[], float] = perf_counter,
 ) -> CoulombSolution:
     """Run one solver from ``start`` (dc,) (zero by default) and return its best iterate, measured.
