@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-from bipot.conic.problem import Claim, ConicProgram, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import require
 from bipot.forms.base import Cache, FormName
@@ -17,6 +17,7 @@ from bipot.iterate import Iterate
 from bipot.laws.coulomb import force_threshold, natural_map
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Stopwatch
+from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.polish import couple
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
@@ -35,36 +36,6 @@ class Raw:
     exact: bool = False
 
 
-class Posing(Protocol):
-    """A form that poses programs."""
-
-    name: ClassVar[FormName]
-    """The key under which the cache keeps data for the solver to reuse."""
-
-    @property
-    def solver(self) -> ConicSolver:
-        """Which solves its programs."""
-        ...
-
-    @property
-    def accuracy(self) -> Accuracy:
-        """Asked of the solver."""
-        ...
-
-
-class Exact(Protocol):
-    """A program with exact contact terms."""
-
-    @property
-    def contact(self) -> ContactTerms:
-        """Its contact terms."""
-        ...
-
-    def conic(self) -> ConicProgram:
-        """Its data."""
-        ...
-
-
 class Tried(NamedTuple):
     """An iterate with forces r (c, d) of all, its distance from equilibrium and law, whether a step was whole."""
 
@@ -74,10 +45,12 @@ class Tried(NamedTuple):
     whole: bool = True
 
 
-def solved(form: Posing, program: Exact, cache: Cache) -> Raw:
-    """Solve the program by the form's solver, which keeps reusable data in the cache."""
-    answer, handle = form.solver.solve(program.conic(), form.accuracy, cache.handles.get(form.name))
-    cache.handles[form.name] = handle
+def solved(
+    program: TangentProgram | DissipationProgram, name: FormName, solver: ConicSolver, accuracy: Accuracy, cache: Cache
+) -> Raw:
+    """Solve the program of the form of that name, whose ``solver`` keeps reusable data in the cache."""
+    answer, handle = solver.solve(program.conic(), accuracy, cache.handles.get(name))
+    cache.handles[name] = handle
     r = program.contact.contact_forces(answer)
     return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
 

@@ -69,7 +69,7 @@ class Dissipation:
         began = clock.outside()
         with clock:
             program = self.program(iterate, r, state)
-        raw = solved(self, program, state.cache)
+        raw = solved(program, self.name, self.solver, self.accuracy, state.cache)
         with clock:
             there = iterate.increment.at(raw.u * state.units.length)
         forces = state.spread(raw.r * state.units.force)

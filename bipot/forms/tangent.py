@@ -88,7 +88,7 @@ class Tangent:
         if small and not small.kept.size:
             # Where nothing may touch, the elimination has solved it.
             return Raw(small.recover(np.zeros(0)), r, Claim.SOLVED, 0, Timing(), exact=True)
-        raw = solved(self, small.program if small else program, cache)
+        raw = solved(small.program if small else program, self.name, self.solver, self.accuracy, cache)
         u = small.recover(raw.u) if small else raw.u
         coupled = couple(program, u, raw.r, frames) if self.coupled else None
         u, forces = coupled or polish(program, u, raw.r, frames)
