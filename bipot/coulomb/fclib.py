@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from enum import IntEnum, StrEnum
 from pathlib import Path
 
 import numpy as np
@@ -29,25 +28,15 @@ NUMBERS = "fiu"
 LARGEST_INDEX = np.iinfo(np.int32).max
 """FCLIB's indices and counts are C ints."""
 
-SOLUTION = "solution"
+LOCAL, GLOBAL, SOLUTION = "fclib_local", "fclib_global", "solution"
+"""Names of the groups that hold a problem in its reduced or its global form, and its solution."""
+
+COLUMNS, ROWS = -1, -2
+"""What nz is of compressed columns and rows; any nz >= 0 is the number of triplets."""
 
 
 class FclibError(BipotError):
     """A file that does not hold a frictional contact problem in the FCLIB layout."""
-
-
-class ProblemGroup(StrEnum):
-    """Name of the group that holds the problem."""
-
-    LOCAL = "fclib_local"
-    GLOBAL = "fclib_global"
-
-
-class Storage(IntEnum):
-    """Negative values of nz; any nz >= 0 is the number of triplets."""
-
-    COLUMNS = -1
-    ROWS = -2
 
 
 def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr_array:
@@ -55,11 +44,11 @@ def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr
     group = parent.group(name)
     group.integer("m", rows, rows)
     group.integer("n", cols, cols)
-    nz = group.integer("nz", min(Storage))
+    nz = group.integer("nz", min(COLUMNS, ROWS))
     if nz >= 0:
         x, (i, p) = _entries(group, nz, {"i": rows, "p": cols})
         return sparse.csr_array(sparse.coo_array((x, (i, p)), shape=(rows, cols)))
-    by_rows = nz == Storage.ROWS
+    by_rows = nz == ROWS
     lines, across = (rows, cols) if by_rows else (cols, rows)
     p = _pointers(group, lines)
     x, (i,) = _entries(group, int(p[-1]), {"i": across})
@@ -92,12 +81,11 @@ def _pointers(group: Checked, lines: int) -> NDArray[np.int32]:
     return p
 
 
-def _form(file: Checked) -> ProblemGroup:
-    for form in ProblemGroup:
+def _form(file: Checked) -> str:
+    for form in (LOCAL, GLOBAL):
         if form in file:
             return form
-    neither = " nor ".join(f"/{form}" for form in ProblemGroup)
-    raise FclibError(f"{file.source.path} holds neither {neither}: it is not an FCLIB problem")
+    raise FclibError(f"{file.source.path} holds neither /{LOCAL} nor /{GLOBAL}: it is not an FCLIB problem")
 
 
 def read_fclib(
@@ -127,7 +115,7 @@ def read_problem(path: str | Path, largest: int, newest: bool = True) -> Coulomb
         group = file.group(_form(file))
         dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
         try:
-            return (_local if group.name == f"/{ProblemGroup.LOCAL}" else _global)(group, vectors, dim)
+            return (_local if group.name == f"/{LOCAL}" else _global)(group, vectors, dim)
         except SceneError as failure:
             raise FclibError(f"{path}: {group.name}: {failure}") from failure
 
@@ -176,7 +164,7 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
         if SOLUTION not in file:
             return {}
         group, vectors = file.group(SOLUTION), file.group(f"{form}/vectors")
-        local = form is ProblemGroup.LOCAL
+        local = form == LOCAL
         lengths = solution_lengths(vectors.length("q" if local else "w"), None if local else vectors.length("f"))
         there = {name: length for name, length in lengths.items() if name in group and group.stored(name)}
         return {name: group.array(name, NUMBERS, (length,)) for name, length in there.items()}

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.basics.replacing import replace
-from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, ProblemGroup, Storage, solution_lengths
+from bipot.coulomb.fclib import GLOBAL, LARGEST_INDEX, LOCAL, ROWS, SOLUTION, FclibError, solution_lengths
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import require_path, require_type
 from bipot.typing import Floats, as_numbers
@@ -20,14 +20,9 @@ if TYPE_CHECKING:
     import h5py
 
 
-def _write_matrix(parent: h5py.ProblemGroup, name: str, matrix: sparse.csr_array) -> None:
+def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> None:
     group = parent.create_group(name)
-    integers = {
-        "nzmax": matrix.nnz,
-        "m": matrix.indptr.size - 1,
-        "n": column_count(matrix),
-        "nz": int(Storage.ROWS),
-    }
+    integers = {"nzmax": matrix.nnz, "m": matrix.indptr.size - 1, "n": column_count(matrix), "nz": ROWS}
     most = max(integers.values())
     if most > LARGEST_INDEX:
         raise FclibError(
@@ -40,7 +35,7 @@ def _write_matrix(parent: h5py.ProblemGroup, name: str, matrix: sparse.csr_array
     group.create_dataset("x", data=matrix.data)
 
 
-def _write_info(parent: h5py.ProblemGroup, title: str, description: str) -> None:
+def _write_info(parent: h5py.Group, title: str, description: str) -> None:
     info = parent.create_group("info")
     for key, text in {"title": title, "description": description, "math_info": ""}.items():
         info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
@@ -85,7 +80,7 @@ def write_fclib(
     content = BytesIO()
     with h5py.File(content, "w") as file:
         local = isinstance(problem, CoulombProblem)
-        group = file.create_group(ProblemGroup.LOCAL if local else ProblemGroup.GLOBAL)
+        group = file.create_group(LOCAL if local else GLOBAL)
         group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
         _write_info(group, title, description)
         vectors = group.create_group("vectors")
