@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.checks import refusals
-from bipot.checks.cornered import cornered
-from bipot.checks.diagnosis import free_motion
+from bipot.checks.diagnosis import cornered, free_motion
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
