@@ -25,7 +25,6 @@ LAYERS = (
     ("forms",),
     ("prediction",),
     ("increment",),
-    ("start_friction",),
     ("energy",),
     ("control",),
     ("exchange", "marching", "results"),
