@@ -106,7 +106,7 @@ def test_contacts_of_one_colour_do_not_touch(seed, density):
 
 def test_dense_and_sparse_algebra_give_the_same_newton_step(monkeypatch):
     from bipot.coulomb import scaling
-    from bipot.coulomb.linear import newton_direction
+    from bipot.coulomb.newton import newton_direction
 
     problem = coulomb.reduced(coulomb.read_fclib(GENERATED[6]))
     rng = np.random.default_rng(0)

@@ -6,8 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
-from bipot.coulomb.linear import newton_direction
-from bipot.coulomb.newton import LineSearch, linearise, merit
+from bipot.coulomb.newton import LineSearch, linearise, merit, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require, require_count, require_positive, require_type
 from bipot.typing import Floats, make_floats
