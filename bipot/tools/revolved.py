@@ -43,7 +43,7 @@ MERIDIANS, CIRCLES = 12, 9
 
 
 @dataclass(frozen=True)
-class Revolved:
+class Revolved(Surface):
     """The surface that the ``meridian`` makes as it turns about the axis through ``point`` along the unit ``axis``.
 
     The meridian is a :class:`~bipot.tools.circle.Circle`, a :class:`~bipot.tools.profiles.Profile` or any other surface
@@ -138,10 +138,6 @@ class Revolved:
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.beyond`."""
         return self.meridian.beyond(self._place(x)[0])
-
-    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.mirrored`."""
-        return self.same(self.image(normal, position), roundoff)
 
     def image(self, normal: Vector, position: float) -> Revolved:
         """As :meth:`bipot.tools.surfaces.Surface.image`."""

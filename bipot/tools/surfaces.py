@@ -87,12 +87,12 @@ class Surface(Protocol):
         ...
 
     def beyond(self, x: Floats) -> Bools:
-        """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
-        ...
+        """Whether points x (…, d) are past an open end, where the surface may not be touched (…); most have none."""
+        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
-        ...
+        return self.same(self.image(normal, position), roundoff)
 
     def image(self, normal: Vector, position: float) -> Surface:
         """Its mirror image in the plane normal . x = position, of a unit normal."""
@@ -116,7 +116,7 @@ SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Surface):
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
 
     Raises:
@@ -164,10 +164,6 @@ class Plane:
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
         return Tips(np.empty((0, len(self.point))), np.empty(0), np.inf)
-
-    def beyond(self, x: Floats) -> Bools:
-        """As :meth:`Surface.beyond`: it has no end."""
-        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""

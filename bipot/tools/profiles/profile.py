@@ -26,7 +26,7 @@ PLACES, HALVINGS = 7, 30
 
 
 @dataclass(frozen=True)
-class Profile:
+class Profile(Surface):
     """The line through ``points``, its corners rounded by ``fillets``, with the tool on its right.
 
     ``fillets`` is a radius for all inner points, or one for each; zero leaves the corner sharp. If ``closed``, the line
@@ -116,10 +116,6 @@ class Profile:
         convex = rounds.turn > 0
         return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.inner_radius)
 
-    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
-        return self.same(self.image(normal, position), roundoff)
-
     def image(self, normal: Vector, position: float) -> Profile:
         """As :meth:`bipot.tools.surfaces.Surface.image`: the other way, so that the tool stays on the right."""
         points = tuple((x, y) for x, y in (reflected(point, normal, position) for point in self.points[::-1]))
@@ -128,7 +124,7 @@ class Profile:
         return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
 
     def same(self, other: Surface, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.same`: of a closed line from any of its sides on."""
+        """As :meth:`bipot.tools.surfaces.Surface.same`: from any side of a closed line, wherever an open one ends."""
         if not isinstance(other, Profile) or self.closed != other.closed:
             return False
         own, its = (surface._sides(self.pieces.span) for surface in (self, other))
