@@ -1,4 +1,4 @@
-"""A field of a run in colours on the deformed body, with its tools."""
+"""Fields in colours on the deformed body: of a run, with its tools, or of an accepted increment, element by element."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.errors import require, require_number
+from bipot.control.accepted import Accepted
+from bipot.errors import require, require_number, require_type
 from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
 from bipot.meshes.elements import Element
@@ -15,11 +16,11 @@ from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
 from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, as_numbers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.collections import LineCollection, TriMesh
+    from matplotlib.collections import LineCollection, PolyCollection, TriMesh
 
 PIECES = 4
 """Pieces into which the side of an element is divided, for curved sides and fields."""
@@ -166,3 +167,29 @@ def frame(axes: Axes, result: History, nodes: Floats) -> None:
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
     across, up = _axis_labels(result)
     axes.set(xlabel=across, ylabel=up)
+
+
+def body(
+    accepted: Accepted, values: Floats, ax: Axes | None = None, label: str = "", shrink: float = 1.0, **style: Any
+) -> PolyCollection:
+    """Draw the deformed plane elements with straight edges, coloured by their ``values`` (e,).
+
+    With a ``label`` there is a colour bar, whose size over that of the axes is ``shrink``. ``style`` is matplotlib's.
+
+    Raises:
+        SceneError: no increment, a body in space, values that are not one an element.
+    """
+    from matplotlib.collections import PolyCollection
+
+    require_type(accepted, Accepted, "accepted")
+    values, mesh = as_numbers(values, "values"), accepted.scene.mesh
+    require(mesh.dimension == 2, "mesh.dimension", mesh.dimension, "2: use pyvista in space")
+    require(values.shape == mesh.elements.shape[:1], "values", f"shape {values.shape}", "one number an element")
+    corners = accepted.state.nodes[mesh.elements[:, : mesh.element.corners]]
+    axes = axes_of(ax)
+    faces = PolyCollection(list(corners), array=values, **{"edgecolor": "0.6", "lw": 0.4, **style})
+    axes.add_collection(faces)
+    axes.autoscale_view()
+    if label:
+        axes.figure.colorbar(faces, ax=axes, label=label, shrink=shrink)
+    return faces
