@@ -9,7 +9,7 @@ from tests.imports import circle, climbing, graph, imports, modules, reached, ro
 ROOT = Path(__file__).parents[1]
 
 LAYERS = (
-    ("errors", "progress"),
+    ("errors",),
     ("basics", "hdf5", "schedule", "tensors", "typing"),
     ("conic", "laws", "meshes", "paths"),
     ("certificate", "coulomb", "tools"),
