@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, picking
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
@@ -140,10 +140,10 @@ def _refined(
 def force_program(problem: ScaledProblem, top: Floats, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
     P = sparse.csc_matrix(problem.symmetric_part() + settings.regularisation * sparse.eye_array(problem.size))
-    bare = np.flatnonzero(top == 0)
+    bare = sparse.csr_matrix(sparse.eye_array(problem.size))[problem.dim * np.flatnonzero(top == 0)]
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     rows = (
-        Rows("normal", Cone.NONNEGATIVE, picking(problem.dim * bare, problem.size), np.zeros(bare.size)),
+        Rows("normal", Cone.NONNEGATIVE, bare, np.zeros(len(bare.indptr) - 1)),
         Rows("cone", Cone.SECOND_ORDER, _cone_rows(problem, top), np.zeros(problem.size), problem.dim),
     )
     conic = ConicProgram(P, problem.q, rows, {"r": slice(0, problem.size)})

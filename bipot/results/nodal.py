@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.fem.elements import Quadrature, node_places, tabulated
+from bipot.fem.elements import Quadrature, tabulated
 from bipot.meshes.mesh import Mesh
 from bipot.typing import Floats
 
@@ -48,7 +48,7 @@ class Averaging:
 
 def _extrapolation(mesh: Mesh, rule: Quadrature) -> Floats:
     """E (k, q)."""
-    reference, nodes = tabulated(mesh.element, rule), node_places(mesh.element)
+    reference, nodes = tabulated(mesh.element, rule), mesh.element.every_place
     # A linear function needs as many points as it has coefficients.
     if len(reference.weights) < 1 + nodes.shape[1]:
         return np.full((len(nodes), len(reference.weights)), 1 / len(reference.weights))
