@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_type
-from bipot.paths import RAMP, Amplitude, vector
-from bipot.typing import Floats
+from bipot.errors import LARGEST_STRESS, require
+from bipot.paths import RAMP, Amplitude, require_bounded, vector
+from bipot.typing import Floats, make_floats
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,8 @@ class Force:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vector", vector(self.vector, "force.vector"))
-        require_type(self.amplitude, Amplitude, "force.amplitude")
         require(any(self.vector), "force.vector", self.vector, "not zero: without a force use the tool's path")
-        for size in (self.size, self.size * self.amplitude.largest):
-            require_magnitude(size, "force.vector, its amplitude with it", LARGEST_STRESS)
+        require_bounded(self.size, self.amplitude, "force.vector", LARGEST_STRESS)
         allowed = "above zero after tau = 0, where it is not below: to let go, drive the tool by a path alone"
         later = all(multiple > 0 for tau, multiple in self.amplitude.points if tau > 0)
         require(later and self.amplitude.at(0.0) >= 0, "force.amplitude", self.amplitude.points, allowed)
@@ -63,11 +61,8 @@ class Moment:
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
-        require_number(self.value, "moment.value")
-        object.__setattr__(self, "value", float(self.value))
-        require_type(self.amplitude, Amplitude, "moment.amplitude")
-        for size in (self.value, self.value * self.amplitude.largest):
-            require_magnitude(size, "moment.value, its amplitude with it", LARGEST_STRESS)
+        make_floats(self, "value", of="moment.")
+        require_bounded(self.value, self.amplitude, "moment.value", LARGEST_STRESS)
 
     def at(self, tau: float) -> float:
         """The moment at pseudo-time ``tau``."""

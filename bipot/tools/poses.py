@@ -17,12 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.paths import RAMP, Amplitude, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.driving import Moment
 from bipot.tools.plane import leftwards
-from bipot.typing import Floats
+from bipot.typing import Floats, make_floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
 """In radians; a smaller angle than the second moves no point, however far it is from the centre."""
@@ -47,8 +47,7 @@ class Turn:
     axis: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        require_number(self.angle, "turn.angle")
-        object.__setattr__(self, "angle", float(self.angle))
+        make_floats(self, "angle", of="turn.")
         require_type(self.amplitude, Amplitude, "turn.amplitude")
         for size in (self.angle, self.angle * self.amplitude.largest):
             known = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
