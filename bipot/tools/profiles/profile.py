@@ -184,10 +184,10 @@ class Profile(Surface):
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""
         if not listed(self.fillets):
-            return _radius(self.fillets, "profile.fillets")
+            return checked_radius(self.fillets, "profile.fillets")
         count = len(self.points) - 2 * (not self.closed)
         require(len(self.fillets) == count, "profile.fillets", self.fillets, f"a radius, or {count}: of inner points")
-        return tuple(_radius(radius, f"profile.fillets[{k}]") for k, radius in enumerate(self.fillets))
+        return tuple(checked_radius(radius, f"profile.fillets[{k}]") for k, radius in enumerate(self.fillets))
 
     @property
     def _radii(self) -> tuple[float, ...]:
@@ -196,7 +196,7 @@ class Profile(Surface):
         return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
 
 
-def _radius(value: object, field: str) -> float:
+def checked_radius(value: object, field: str) -> float:
     """``value`` as a radius; raises SceneError where it is none."""
     require_number(value, field)
     radius = float(value)  # type: ignore[arg-type]

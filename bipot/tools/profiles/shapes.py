@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from bipot.errors import require, require_number, require_positive
-from bipot.tools.profiles.profile import Profile
+from bipot.tools.profiles.profile import Profile, checked_radius
 from bipot.tools.surfaces import place
 
 
@@ -27,7 +25,8 @@ def wedge(apex: tuple[float, float], semi_angle: float, length: float, radius: f
     require_number(semi_angle, "wedge.semi_angle")
     require(0 < semi_angle < 90, "wedge.semi_angle", semi_angle, "in (0, 90) degrees")
     require_positive(**{"wedge.length": length})
-    _require_radius(radius, "wedge.radius")
+    # A profile would take a tuple of them.
+    checked_radius(radius, "wedge.radius")
     angle = np.radians(float(semi_angle))
     out, up = length * np.sin(angle), length * np.cos(angle)
     return Profile(((x + out, y + up), (x, y), (x - out, y + up)), radius)
@@ -44,12 +43,6 @@ def flat_punch(middle: tuple[float, float], width: float, height: float, radius:
     """
     x, y = place(middle, "punch.middle")
     require_positive(**{"punch.width": width, "punch.height": height})
-    _require_radius(radius, "punch.radius")
+    checked_radius(radius, "punch.radius")
     half = width / 2
     return Profile(((x + half, y + height), (x + half, y), (x - half, y), (x - half, y + height)), radius)
-
-
-def _require_radius(radius: object, field: str) -> None:
-    """Refuse anything but one radius: a profile would take a tuple of them."""
-    require_number(radius, field)
-    require(0 <= radius < math.inf, field, radius, "finite and >= 0")  # type: ignore[operator]
