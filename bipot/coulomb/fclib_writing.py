@@ -79,21 +79,21 @@ def write_fclib(
     require_type(solution, Mapping, "solution", optional=True)
     content = BytesIO()
     with h5py.File(content, "w") as file:
-        local = isinstance(problem, CoulombProblem)
-        group = file.create_group(LOCAL if local else GLOBAL)
+        group = file.create_group(LOCAL if isinstance(problem, CoulombProblem) else GLOBAL)
         group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
         _write_info(group, title, description)
         vectors = group.create_group("vectors")
         vectors.create_dataset("mu", data=problem.mu)
+        dofs = None
         if isinstance(problem, CoulombProblem):
             _write_matrix(group, "W", problem.W)
             vectors.create_dataset("q", data=problem.q)
         else:
+            dofs = problem.f.size
             _write_matrix(group, "M", problem.M)
             _write_matrix(group, "H", problem.H)
             vectors.create_dataset("f", data=problem.f)
             vectors.create_dataset("w", data=problem.w)
         if solution is not None:
-            f = None if isinstance(problem, CoulombProblem) else problem.f.size
-            _write_solution(file, solution, solution_lengths(problem.mu.size * problem.dim, f))
+            _write_solution(file, solution, solution_lengths(problem.mu.size * problem.dim, dofs))
     replace(path, content.getbuffer(), FclibError)

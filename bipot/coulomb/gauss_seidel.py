@@ -14,6 +14,7 @@ from scipy import sparse
 
 from bipot.coulomb.problem import column_count
 from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import SolverState
 from bipot.errors import require, require_count
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
@@ -33,12 +34,11 @@ class Colour:
 
 
 @dataclass(frozen=True, eq=False)
-class SweepState:
+class SweepState(SolverState):
     """Force after the last sweep, and the colours, made once."""
 
     r: Floats
     colours: tuple[Colour, ...]
-    stalled: str | None = None
 
 
 def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
@@ -87,17 +87,13 @@ class GaussSeidel:
     local: int = 5
     relaxation: float = 1.0
     sweeps: int = 10
+    name = "gauss-seidel"
 
     def __post_init__(self) -> None:
         require_count(self.local, "local")
         require_count(self.sweeps, "sweeps")
         make_floats(self, "relaxation")
         require(0 < self.relaxation < 2, "relaxation", self.relaxation, "in (0, 2)")
-
-    @property
-    def name(self) -> str:
-        """Label: gauss-seidel."""
-        return "gauss-seidel"
 
     def init(self, problem: ScaledProblem, r: Floats) -> SweepState:
         """Colour the contacts."""

@@ -164,7 +164,6 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
     require_type(problem, CoulombProblem, "problem")
     require_number(tol, "tol")
     require(tol > 0, "tol", tol, "> 0")
-    _require_apart(apart)
     require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
     require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
     scaled, began = scale(problem), perf_counter()
@@ -194,11 +193,6 @@ def _starts(problem: CoulombProblem, count: int) -> list[Floats]:
     return [np.zeros(problem.size), *(project_cone(r, problem.mu).ravel() for r in guesses)]
 
 
-def _require_apart(apart: float) -> None:
-    require_number(apart, "apart")
-    require(apart >= 0, "apart", apart, ">= 0")
-
-
 def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:
     """Every velocity that solves a plane problem, mode by mode (open, stick, slip either way at each contact).
 
@@ -221,7 +215,8 @@ def multiplicity(
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
     require_count(starts, "starts", 0)
-    _require_apart(apart)
+    require_number(apart, "apart")
+    require(apart >= 0, "apart", apart, ">= 0")
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
         return every_mode(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]

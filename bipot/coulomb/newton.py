@@ -12,6 +12,7 @@ from scipy.sparse import linalg as sparse_linalg
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
 from bipot.coulomb.scaling import Blocks, ScaledProblem
+from bipot.coulomb.solver import SolverState
 from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.typing import Bools, Floats, einsum, make_floats
 
@@ -50,7 +51,7 @@ class LineSearch:
 
 
 @dataclass(frozen=True, eq=False)
-class NewtonState:
+class NewtonState(SolverState):
     """r, the merit |F| of the iterates so far, and why it stopped."""
 
     r: Floats

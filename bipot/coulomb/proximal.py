@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
 from bipot.coulomb.newton import LineSearch, linearise, merit, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import SolverState
 from bipot.errors import require, require_count, require_positive, require_type
 from bipot.typing import Floats, make_floats
 
@@ -17,7 +18,7 @@ _QUICK, _PATIENCE = 4, 12
 
 
 @dataclass(frozen=True, eq=False)
-class ProximalState:
+class ProximalState(SolverState):
     """Iterate r of the inner problem around ``centre``; ``merits`` of its Newton steps, ``outer`` = |F| at
     the centre."""
 

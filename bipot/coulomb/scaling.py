@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from bipot.coulomb.definite import by_units
 from bipot.coulomb.problem import Affine, CoulombProblem, column_count
 from bipot.typing import Floats, Ints
 
@@ -70,8 +71,7 @@ def scale(problem: CoulombProblem) -> ScaledProblem:
     unit = np.repeat(problem.contact_unit, problem.dim)
     q = problem.q / unit
     size = float(np.linalg.norm(q)) or 1.0
-    own = sparse.diags_array(1.0 / unit)
-    W = sparse.csr_array(own @ problem.W @ own)
+    W = by_units(problem.W, unit)
     small = problem.size <= DENSE_ROWS or W.nnz > DENSE_FILLING * problem.size**2
     pieces = None if small else blocks(W, problem.dim)
     dense = W.toarray() if small else W

@@ -23,18 +23,11 @@ from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.typing import Floats, make_floats
 
 
-class SolverState(Protocol):
-    """One iterate: the scaled force, and why no further step is useful (None while one is)."""
+class SolverState:
+    """One iterate: the scaled force r (dc,), and why no further step is useful (None while one is)."""
 
-    @property
-    def r(self) -> Floats:
-        """Scaled force, (dc,)."""
-        ...
-
-    @property
-    def stalled(self) -> str | None:
-        """A reason, or None."""
-        ...
+    r: Floats
+    stalled: str | None = None
 
 
 S = TypeVar("S", bound=SolverState)

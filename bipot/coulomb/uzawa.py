@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import SolverState
 from bipot.errors import require_count, require_type
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
@@ -18,12 +19,11 @@ _SHORTEST = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class UzawaState:
+class UzawaState(SolverState):
     """Force and step length ρ."""
 
     r: Floats
     length: float
-    stalled: str | None = None
 
 
 @dataclass(frozen=True)
@@ -37,15 +37,11 @@ class Uzawa:
 
     corrector: bool = True
     passes: int = 20
+    name = "uzawa"
 
     def __post_init__(self) -> None:
         require_type(self.corrector, bool, "corrector")
         require_count(self.passes, "passes")
-
-    @property
-    def name(self) -> str:
-        """Label: uzawa."""
-        return "uzawa"
 
     def init(self, problem: ScaledProblem, r: Floats) -> UzawaState:
         """Unit step: the problem is scaled."""
