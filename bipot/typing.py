@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol, TypeGuard, TypeVar
+from collections.abc import Callable, Sequence
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,15 +20,7 @@ Vector = tuple[float, ...]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
-class Einsum(Protocol):
-    """What :func:`numpy.einsum` is to this library."""
-
-    def __call__(self, subscripts: str, /, *operands: NDArray[Any]) -> Any:
-        """Sums of products of the operands, as the subscripts say."""
-        ...
-
-
-einsum: Einsum = np.einsum
+einsum: Callable[..., Any] = np.einsum
 """:func:`numpy.einsum` itself, with one type in the place of twelve: a type checker tries them all at every call."""
 
 

@@ -57,10 +57,10 @@ class TangentProgram:
         import cvxpy as cp
 
         dU = cp.Variable(len(self.f), name=Block.DISPLACEMENT)
-        contact = self.contact.statement(dU)
+        cost, blocks, constraints = self.contact.statement(dU)
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
-        problem = cp.Problem(cp.Minimize(energy + contact.cost), list(contact.constraints.values()))
-        return Stated(problem, contact.blocks, contact.constraints)
+        problem = cp.Problem(cp.Minimize(energy + cost), list(constraints.values()))
+        return Stated(problem, blocks, constraints)
 
 
 def padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
