@@ -1,8 +1,8 @@
-"""Array aliases, products of arrays with one type each, and read-only arrays for frozen objects."""
+"""Array aliases, products of arrays with one type each, and read-only arrays and mappings for frozen objects."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
@@ -18,7 +18,8 @@ Pair = tuple[float, float]
 Vector = tuple[float, ...]
 
 Scalar = TypeVar("Scalar", bound=np.generic)
-
+Key = TypeVar("Key")
+Value = TypeVar("Value", covariant=True)
 
 einsum: Callable[..., Any] = np.einsum
 """:func:`numpy.einsum` itself, with one type in the place of twelve: a type checker tries them all at every call."""
@@ -95,3 +96,26 @@ def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:
     array = np.array(values, dtype=kind)
     array.flags.writeable = False
     return array
+
+
+class FrozenMap(Mapping[Key, Value]):
+    """An immutable mapping; unlike ``MappingProxyType`` it can be pickled and copied.
+
+    >>> FrozenMap({"top": 1})
+    FrozenMap({'top': 1})
+    """
+
+    def __init__(self, items: Mapping[Key, Value]) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, key: Key) -> Value:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return f"FrozenMap({self._items!r})"

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require, require_count, require_number, require_positive, require_type
-from bipot.meshes.boxes import fanned_box
 from bipot.meshes.cells import converted, graded, require_room, require_sides
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
-from bipot.meshes.layout import Layout, rectangle, require_layout_room
+from bipot.meshes.layout import Layout, fanned_box, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
 Gradings = tuple[float, ...]
