@@ -23,7 +23,7 @@ from bipot.meshes.sections import block
 from bipot.paths import Amplitude
 from bipot.results import Recorder, history
 from bipot.results.description import describe
-from bipot.results.drawn import Lines
+from bipot.results.static import Lines
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule

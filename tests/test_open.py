@@ -26,7 +26,7 @@ from bipot.fem.elements import RULES, tabulated
 from bipot.meshes.elements import Element
 from bipot.meshes.solids import brick
 from bipot.results import Existing, Recorder
-from bipot.results.nodal import Averaging
+from bipot.results.fields import Averaging
 from bipot.tools.surfaces import Plane
 from tests.recording import SCENE, recorder
 from tests.scenes import scene

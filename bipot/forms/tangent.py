@@ -21,10 +21,9 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense, pays
-from bipot.programs.conic import TangentProgram
+from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.data import Stopwatch
 from bipot.programs.fixed_point import Safeguard
-from bipot.programs.polish import couple, polish
 from bipot.response import TangentKind
 from bipot.typing import Floats
 

@@ -14,9 +14,8 @@ import numpy as np
 
 from bipot.basics.replacing import replace
 from bipot.errors import ResultsError
-from bipot.results.drawn import Line
 from bipot.results.fields import in_space
-from bipot.results.static import VERSIONS, store, write_cells
+from bipot.results.static import VERSIONS, Line, store, write_cells
 from bipot.typing import Floats
 
 POLY_LINE = 4

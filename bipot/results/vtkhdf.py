@@ -2,10 +2,10 @@
 
 ``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is where the march
 starts, the body at rest as a rule, step k = accepted increment k: points and vectors padded to three components, nodal
-fields (:mod:`bipot.results.names`, :mod:`bipot.results.nodal`), and cell averages weighted by volume (symmetric tensors
-in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest, full
-integration-point arrays and all else that a resumed march needs, step by step, the lines and poses of tools, the text
-of ``history.csv``, and in ``about`` the parameters, units, versions, and names of all fields.
+fields (:mod:`bipot.results.names`, :mod:`bipot.results.fields`), and cell averages weighted by volume (symmetric
+tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest,
+full integration-point arrays and all else that a resumed march needs, step by step, the lines and poses of tools, the
+text of ``history.csv``, and in ``about`` the parameters, units, versions, and names of all fields.
 
 Everything is appended with a checksum per chunk (HDF5's Fletcher filter), counted, then committed
 (:mod:`bipot.hdf5.journal`): steps within the count ``NSteps`` are complete. Steps that are committed together are
@@ -24,9 +24,8 @@ from bipot.errors import ResultsError
 from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
 from bipot.results.description import Parameters
-from bipot.results.fields import StoredStep, cell_fields, in_space, point_fields, step_fields, together
+from bipot.results.fields import Averaging, StoredStep, cell_fields, in_space, point_fields, step_fields, together
 from bipot.results.names import FIELDS, GROUPS
-from bipot.results.nodal import Averaging
 from bipot.results.static import VERSIONS, Item, as_bytes, write_static
 from bipot.system import System
 
