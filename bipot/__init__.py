@@ -54,10 +54,9 @@ from bipot.errors import (
     UnsuitedForm,
 )
 from bipot.exchange import conic_program
-from bipot.fem.components import Components
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
-from bipot.fem.reduction import Geometry
+from bipot.fem.reduction import Components, Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa
 from bipot.increment import Limits

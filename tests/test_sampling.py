@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.contact.creases import CREASE
 from bipot.contact.overlap import overlap
-from bipot.contact.sampling import points
+from bipot.contact.sampling import CREASE, points
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry

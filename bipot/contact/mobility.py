@@ -18,16 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.contact.creases import beyond
 from bipot.contact.means import Means
-from bipot.contact.sampling import Points
+from bipot.contact.sampling import Points, beyond
 from bipot.scene.holding import Holding
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
 from bipot.tools.poses import pose_size
-from bipot.tools.reflection import across
-from bipot.tools.surfaces import ACROSS, frames
+from bipot.tools.surfaces import ACROSS, across, frames
 from bipot.typing import Bools, Floats, Ints, Vector, einsum
 
 RADIAL: Vector = (1.0, 0.0)

@@ -10,7 +10,7 @@ from bipot.iterate import Increment
 from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.tools.reflection import imaged
+from bipot.tools.surfaces import imaged
 from bipot.typing import Floats
 
 YIELDING = 12.0

@@ -8,8 +8,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from bipot.control.course import Course
-from bipot.fem.components import Components
-from bipot.fem.reduction import Geometry
+from bipot.fem.reduction import Components, Geometry
 from bipot.response import State
 from bipot.results.names import FIELDS, Place, Rank, component_names, split
 from bipot.results.static import Line

@@ -9,8 +9,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require_magnitude, require_positive, require_type
 from bipot.tensors import norm
 from bipot.tools.plane import angle_between, farther
-from bipot.tools.reflection import reflected
-from bipot.tools.surfaces import Distance, Surface, Tips, place
+from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
 from bipot.typing import Bools, Floats, Vector
 
 AROUND = np.pi / 3

@@ -27,8 +27,7 @@ from bipot.tensors import norm
 from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW, Circle
 from bipot.tools.plane import farther
 from bipot.tools.profiles import wedge
-from bipot.tools.reflection import reflected
-from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames
+from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames, reflected
 from bipot.typing import Bools, Floats, Vector
 
 RING = 48

@@ -26,7 +26,6 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude
 from bipot.paths import pair, require_components, vector
 from bipot.tensors import norm
-from bipot.tools.reflection import reflected
 from bipot.typing import Bools, Floats, Pair, Vector
 
 ACROSS = 1e-12
@@ -220,3 +219,22 @@ def direction(value: object, field: str) -> Vector:
     normal = vector(value, field)
     require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
     return normal
+
+
+def reflected(point: Vector, normal: Vector, position: float) -> Vector:
+    """The mirror image of a point in the plane normal . x = position, of a unit normal.
+
+    >>> reflected((3.0, 1.0), (1.0, 0.0), 0.5)
+    (-2.0, 1.0)
+    """
+    return tuple(imaged(np.array(point), normal, position).tolist())
+
+
+def imaged(points: Floats, normal: Vector, position: float) -> Floats:
+    """Mirror images of points (…, d) in such a plane."""
+    return points + 2 * np.asarray(position - points @ np.array(normal))[..., None] * normal
+
+
+def across(vectors: Floats, normal: Floats | Vector) -> Floats:
+    """The part of vectors (…, d) at a right angle to the unit normal (d,)."""
+    return vectors - np.asarray(vectors @ np.asarray(normal))[..., None] * normal

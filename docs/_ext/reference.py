@@ -50,7 +50,7 @@ BEHIND = {
     "results": (
         "Results, columns and plots",
         "bipot",
-        "results results.history results.recorder results.columns plot fem.components",
+        "results results.history results.recorder results.columns plot",
     ),
 }
 """Of a page: its title, the package, its modules."""

@@ -19,8 +19,7 @@ from bipot.tensors import norm
 from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
 from bipot.tools.profiles.outline import pieces_of
 from bipot.tools.profiles.pieces import ProfilePieces
-from bipot.tools.reflection import reflected
-from bipot.tools.surfaces import Distance, Surface, Tips, place
+from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
 from bipot.typing import Bools, Floats, Vector, listed
 
 PLACES, HALVINGS = 7, 30
