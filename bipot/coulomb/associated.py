@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.coulomb.conic import ConicSettings, force_program, polished_force
-from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.functions import ConeMap
-from bipot.coulomb.problem import CoulombProblem
-from bipot.coulomb.scaling import scale
+from bipot.coulomb.problem import ROUGHLY, CoulombProblem
+from bipot.coulomb.solver import scale
 from bipot.errors import require, require_type
 from bipot.laws.projections import project_cone
 from bipot.typing import Floats

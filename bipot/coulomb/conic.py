@@ -21,8 +21,7 @@ from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.coulomb.solver import Solver
+from bipot.coulomb.solver import ScaledProblem, Solver
 from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
 from bipot.typing import Floats, make_floats
 

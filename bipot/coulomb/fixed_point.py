@@ -11,8 +11,7 @@ from scipy import sparse
 from bipot.coulomb.acceleration import Acceleration, Anderson, Past
 from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polished_force
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.coulomb.solver import SolverState
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require_type
 from bipot.tensors import norm
 from bipot.typing import Floats

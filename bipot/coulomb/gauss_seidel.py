@@ -13,8 +13,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.coulomb.problem import column_count
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.coulomb.solver import SolverState
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require, require_count
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone

@@ -20,9 +20,8 @@ from scipy import linalg, sparse
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.scaling import scale
 from bipot.coulomb.solution import CoulombSolution, Outcome, residual
-from bipot.coulomb.solver import Limits, run
+from bipot.coulomb.solver import Limits, run, scale
 from bipot.errors import require, require_count, require_number, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone

@@ -11,8 +11,7 @@ from scipy import linalg, sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
-from bipot.coulomb.scaling import Blocks, ScaledProblem
-from bipot.coulomb.solver import SolverState
+from bipot.coulomb.solver import Blocks, ScaledProblem, SolverState
 from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.typing import Bools, Floats, einsum, make_floats
 

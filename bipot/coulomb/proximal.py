@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
 from bipot.coulomb.newton import LineSearch, linearise, merit, newton_direction
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.coulomb.solver import SolverState
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require, require_count, require_positive, require_type
 from bipot.typing import Floats, make_floats
 

@@ -20,8 +20,7 @@ from scipy import sparse
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
-from bipot.coulomb.definite import ROUGHLY
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
+from bipot.coulomb.problem import ROUGHLY, CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import ProgramError
 from bipot.typing import Floats, max_abs
 

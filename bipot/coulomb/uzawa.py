@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.coulomb.solver import SolverState
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require_count, require_type
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
