@@ -25,9 +25,8 @@ import scipy.sparse as sp
 
 from bipot.contact.closeness import touches
 from bipot.contact.coupling import Bent, Pairs, pairs_of
-from bipot.contact.means import Means
+from bipot.contact.means import Means, Operators, without_zeros
 from bipot.contact.mobility import along_what_is_held, movable, shares
-from bipot.contact.operators import Operators, without_zeros
 from bipot.contact.sampling import Points
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of

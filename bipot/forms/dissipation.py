@@ -16,9 +16,8 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import InvertedElement, ProgramError, require_type
-from bipot.forms.answers import Tried, distance_of, gone_on, require_solver, softly_placed, solved, tangent_program
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed
+from bipot.forms.posed import Posed, Tried, distance_of, gone_on, require_solver, softly_placed, solved, tangent_program
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram

@@ -16,9 +16,8 @@ from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, require_count, require_type
-from bipot.forms.answers import Raw, Tried, distance_of, gone_on, require_solver, solved, tangent_program
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed
+from bipot.forms.posed import Posed, Raw, Tried, distance_of, gone_on, require_solver, solved, tangent_program
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram, couple, polish

@@ -24,7 +24,7 @@ BEHIND = {
     "programs": (
         "Programs of an increment",
         "bipot.programs",
-        "conic dissipation penalty newton delassus fixed_point limit condensation",
+        "conic dissipation penalty newton fixed_point limit condensation",
     ),
     "elements": (
         "Kinematics and elements",
