@@ -82,8 +82,7 @@ from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.surfaces import Plane

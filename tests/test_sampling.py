@@ -23,7 +23,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support, Symmetry
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, Sampling
 from tests.scenes import PLANES, path, refused, scene, tool
 

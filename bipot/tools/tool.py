@@ -13,9 +13,8 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_tuple, require_type
 from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
 from bipot.tensors import norm
-from bipot.tools.driving import Force
 from bipot.tools.friction import check_friction
-from bipot.tools.poses import Turn, pose_size, rotation
+from bipot.tools.poses import Force, Turn, pose_size, rotation
 from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
 from bipot.typing import Floats, max_abs
 

@@ -39,7 +39,7 @@ BEHIND = {
     "tools": (
         "Surfaces and motions of tools",
         "bipot",
-        "tools.tool tools.surfaces tools.profiles tools.poses tools.driving tools.meeting paths",
+        "tools.tool tools.surfaces tools.profiles tools.poses tools.meeting paths",
     ),
     "scene": (
         "Scenes and contact",
