@@ -105,17 +105,13 @@ class Energies:
         more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
-        return self._plus(
-            scene.images,
-            work=_tools(start, solved, r, theta) + loads + more,
-            elastic=vdot(S, elastic),
-            plastic=vdot(S, end.plastic_strain - flowed),
-            friction=more - float(against.sum()),
-        )
-
-    def _plus(self, images: int, **parts: float) -> Energies:
-        """With the ``parts`` of one increment of the modelled part added, ``images`` times each."""
-        return Energies(**{name: getattr(self, name) + images * part for name, part in parts.items()})
+        parts = {
+            "work": _tools(start, solved, r, theta) + loads + more,
+            "elastic": vdot(S, elastic),
+            "plastic": vdot(S, end.plastic_strain - flowed),
+            "friction": more - float(against.sum()),
+        }
+        return Energies(**{name: getattr(self, name) + scene.images * part for name, part in parts.items()})
 
 
 def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:

@@ -170,15 +170,11 @@ class Checked:
         self.require(inside, f"{name}: number of its rows", length, f"at least {stop}")
         return dataset.read(kind, start, stop, finite=finite, least=least, most=most)
 
-    def number(self, name: str, kind: str) -> Any:
-        """The one number of a dataset, which has no dimensions or one of length 1."""
-        dataset = self._dataset(name)
-        dataset.require(kind, () if dataset.shape == () else (1,))
-        return dataset.read(kind, 0, 1).item()
-
     def integer(self, name: str, least: float = -inf, most: float = inf) -> int:
-        """The one integer of a dataset, from ``least`` to ``most``."""
-        value = self.number(name, INTEGERS)
+        """The one integer of a dataset, which has no dimensions or one of length 1, from ``least`` to ``most``."""
+        dataset = self._dataset(name)
+        dataset.require(INTEGERS, () if dataset.shape == () else (1,))
+        value = dataset.read(INTEGERS, 0, 1).item()
         self.require(least <= value <= most, name, value, str(least) if least == most else f"in [{least}, {most}]")
         return value
 

@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from bipot.laws.projections import unit
 from bipot.laws.von_mises import Returned, TangentKind, VonMises, continuum_tangent, yield_function
-from bipot.tensors import deviator, equivalent_strain, norm
+from bipot.tensors import deviator, equivalent_strain
 from bipot.typing import Bools, Floats, einsum
 
 ON_YIELD = 1e-9
@@ -28,10 +29,8 @@ class RateVonMises(VonMises):
         change = einsum("...st,...t->...s", C, strain)
         e_p = strain - change @ self.elasticity.compliance(size)
         e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
-        length = norm(e_p)
-        direction = np.divide(e_p, length[..., None], out=np.zeros_like(e_p), where=length[..., None] > 0)
         trial = rotated + strain @ self.elasticity.stiffness(size)
-        return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), direction, plastic)
+        return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), unit(e_p), plastic)
 
     def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
         """C^ep (…, s, s) at the start of the increment, of either kind."""

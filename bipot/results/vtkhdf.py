@@ -102,7 +102,7 @@ class RunFile:
         """
         count, cut = self.count, False
         for name, data in self._growing.items():
-            rows = count * self._rows_a_step(name)
+            rows = count * self._rows.get(name.removeprefix("VTKHDF/").split("/")[0], 1)
             if name == HISTORY:
                 rows = int(self._out[f"{HISTORY}_ends"][count - 1])
             if data.rows < rows:
@@ -166,7 +166,7 @@ class RunFile:
         for group, fields in (("PointData", averaged), ("CellData", cell_fields(step, values))):
             for name, values in fields.items():
                 self._add(f"VTKHDF/{group}/{name}", values)
-            self._add_offset(group, number * self._rows[group])
+            self._add(f"{_offsets(group)}/{next(iter(OFFSETS[group]))}", [number * self._rows[group]])
         for name, values in step_fields(step).items():
             self._add(f"bipot/steps/{name}", np.asarray(values)[None])
         text = np.asarray(as_bytes(line))
@@ -183,10 +183,6 @@ class RunFile:
     def _add(self, name: str, rows: ArrayLike) -> None:
         self._waiting.setdefault(name, []).append(rows)
 
-    def _add_offset(self, group: str, row: int) -> None:
-        """Add the offset of a group's fields in this step."""
-        self._add(f"{_offsets(group)}/{next(iter(OFFSETS[group]))}", [row])
-
     def _write(self, name: str, rows: ArrayLike) -> None:
         if name in self._growing:
             self._growing[name].append(rows)
@@ -198,11 +194,6 @@ class RunFile:
                         self._out[f"{_offsets(group)}/{other}"] = self._out[name]
         else:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
-
-    def _rows_a_step(self, name: str) -> int:
-        """Rows per step of a growing dataset."""
-        group = name.removeprefix("VTKHDF/").split("/")[0]
-        return self._rows.get(group, 1)
 
 
 def _offsets(group: str) -> str:
