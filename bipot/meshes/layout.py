@@ -107,8 +107,7 @@ def require_layout_room(counts: Sequence[int], element: Element, layout: Any, fi
     """
     require_type(layout, Layout, "layout")
     whole = [int(count) for count in counts]
-    most = max(whole)
-    require_room(layout.count(*whole), element, fields[whole.index(most)], most)
+    require_room(layout.count(*whole), element, dict(zip(fields, whole, strict=True)))
 
 
 def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> MeshParts:
