@@ -196,12 +196,6 @@ def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> No
     group.create_dataset("x", data=matrix.data)
 
 
-def _write_info(parent: h5py.Group, title: str, description: str) -> None:
-    info = parent.create_group("info")
-    for key, text in {"title": title, "description": description, "math_info": ""}.items():
-        info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
-
-
 def _write_solution(file: h5py.File, solution: Mapping[str, Floats], lengths: Mapping[str, int | None]) -> None:
     group = file.create_group(SOLUTION)
     for key, given in solution.items():
@@ -242,7 +236,9 @@ def write_fclib(
     with h5py.File(content, "w") as file:
         group = file.create_group(LOCAL if isinstance(problem, CoulombProblem) else GLOBAL)
         group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
-        _write_info(group, title, description)
+        info = group.create_group("info")
+        for key, text in {"title": title, "description": description, "math_info": ""}.items():
+            info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
         vectors = group.create_group("vectors")
         vectors.create_dataset("mu", data=problem.mu)
         dofs = None

@@ -205,7 +205,9 @@ def _joined(facets: list[Ints]) -> Ints:
 def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mapping[str, Any]) -> MeshParts:
     """The mesh of cells (e, k), facets (f, n) by all of their nodes or their ends, and sets of nodes."""
     element = Element.of(cells.shape[1], points.shape[1])
-    cells = _anticlockwise(points, cells, element)
+    # Those with a negative area or volume are numbered as their mirror images.
+    inverted = _at_corners(points, cells, element).sum(axis=1) < 0
+    cells = np.where(inverted[:, None], cells[:, element.mirrored], cells)
     _require_order(points, cells, element)
     facets = Facets.of(cells, element)
     boundaries = {name: _with_middle(name, some, facets) for name, some in bounds.items()}
@@ -214,12 +216,6 @@ def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mappin
         if len(found):
             boundaries.setdefault(name, found)
     return used(MeshParts(points, cells, boundaries))
-
-
-def _anticlockwise(points: Floats, cells: Ints, element: Element) -> Ints:
-    """The cells, those with a negative area or volume numbered as their mirror images."""
-    inverted = _at_corners(points, cells, element).sum(axis=1) < 0
-    return np.where(inverted[:, None], cells[:, element.mirrored], cells)
 
 
 def _at_corners(points: Floats, cells: Ints, element: Element) -> Floats:

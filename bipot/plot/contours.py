@@ -19,7 +19,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
-from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit_of
+from bipot.results.names import AXES, FIELDS, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
 from bipot.typing import Floats, Ints, as_numbers
 
@@ -107,11 +107,6 @@ def _label(result: History, field: str) -> str:
     return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
 
 
-def _axis_labels(result: History) -> tuple[str, ...]:
-    """Names of the coordinates, with the unit of length."""
-    return tuple(f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
-
-
 def require_plane(result: History) -> None:
     """Refuse anything but an opened run of a plane body.
 
@@ -145,7 +140,8 @@ def nodal_values(snapshot: Snapshot, field: str) -> Floats:
     """The drawn values of a field at the nodes (a,); raises SceneError as :func:`contour`."""
     base, part = split(Place.NODES, field, snapshot.geometry)
     known = FIELDS[Place.NODES][base]
-    require(_everywhere(known), "field", field, "one of the whole body; contact_traction() draws those of candidates")
+    everywhere = known.finite and known.quantity is not Quantity.STATUS
+    require(everywhere, "field", field, "one of the whole body; contact_traction() draws those of candidates")
     whole = known.rank is Rank.TENSOR and not part
     require(not whole, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}" if whole else "")
     values = snapshot.nodal(field)
@@ -161,17 +157,12 @@ def _require_limits(limits: object) -> None:
     require(-np.inf < low <= high < np.inf, "limits", limits, "finite and in rising order")
 
 
-def _everywhere(field: Field) -> bool:
-    """Whether it has a value at every node."""
-    return field.finite and field.quantity is not Quantity.STATUS
-
-
 def frame(axes: Axes, result: History, nodes: Floats) -> None:
     """Set the limits of the axes by the body's ``nodes`` (a, d) alone, because tools may be infinite."""
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    across, up = _axis_labels(result)
+    across, up = (f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
     axes.set(xlabel=across, ylabel=up)
 
 

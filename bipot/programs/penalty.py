@@ -132,14 +132,10 @@ class PenaltyProgram:
 
     def hessian(self, x: Floats) -> sp.csc_matrix:
         """K + G_n' D_n G_n + G_t' D_t G_t with the generalised Hessians D of the envelopes."""
-        du = self.contact.motion(x)
-        return self.stiffened(self.contact.normal(du).hessian, self.contact.tangential(du).hessian)
-
-    def stiffened(self, D_n: Floats, D_t: Floats) -> sp.csc_matrix:
-        """K + G_n' D_n G_n + G_t' D_t G_t for contact stiffnesses (c,) and (f, d-1, d-1)."""
-        rows = self.contact.rows
-        normal = rows.G_n.T @ _weighted(rows.G_n, D_n[:, None, None])
-        return sp.csc_matrix(self.K + (normal + rows.G_t.T @ _weighted(rows.G_t, D_t)))
+        du, rows = self.contact.motion(x), self.contact.rows
+        normal = rows.G_n.T @ _weighted(rows.G_n, self.contact.normal(du).hessian[:, None, None])
+        tangential = rows.G_t.T @ _weighted(rows.G_t, self.contact.tangential(du).hessian)
+        return sp.csc_matrix(self.K + (normal + tangential))
 
     def condition(self, x: Floats) -> float:
         """Estimate of the Hessian's condition number in the 1-norm (Higham and Tisseur's estimator)."""
