@@ -22,12 +22,13 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ConeMap, ContactFunction
 from bipot.coulomb.newton import Newton, merit
-from bipot.coulomb.problem import ROUGHLY, CoulombProblem
+from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solver import ScaledProblem, Solver, scale
 from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_type

@@ -2,9 +2,6 @@
 
 Reduced: u = W r + q. Global: M v = H r + f, u = Hᵀ v + w, hence W = Hᵀ M⁻¹ H and q = Hᵀ M⁻¹ f + w.
 Both with the law of each contact, K_mu* ∋ u + mu |u_t| n ⟂ r ∈ K_mu, rows (n, t_1 … t_{d-1}) for d = 2 or 3.
-
-Whether W or M is that of an energy, symmetric and positive semidefinite, is asked row by row: each row is first divided
-by a unit of its own, and each column by the same: what is stiff elsewhere excuses nothing.
 """
 
 from __future__ import annotations
@@ -18,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from bipot.basics.definite import definite
+from bipot.basics.definite import asymmetry, by_diagonal, by_units, definite, semidefinite
 from bipot.errors import ProgramError, require, require_count
 from bipot.typing import Floats, Ints, as_numbers, max_abs
 
@@ -26,9 +23,6 @@ LARGEST = 1e100
 
 TIE = 1.0 + 1e-9
 """Round-off of two numbers that are one."""
-
-ROUGHLY = 1e-6
-"""Matrices of files are symmetric and semidefinite to single precision, within this part of their largest entry."""
 
 
 def _matrix(value: object, field: str) -> sparse.csr_array:
@@ -81,39 +75,6 @@ def _require_contacts(rows: int, dim: int) -> None:
     require_count(dim, "dim")
     require(dim in (2, 3), "dim", dim, "2 or 3")
     require(rows > 0 and rows % dim == 0, "contact rows", rows, f"a positive multiple of dim = {dim}")
-
-
-def by_units(matrix: sparse.csr_array, unit: Floats) -> sparse.csr_array:
-    """The matrix (n, n) with row and column i divided by unit i (n,)."""
-    own = sparse.diags_array(1.0 / unit)
-    return sparse.csr_array(own @ matrix @ own)
-
-
-def by_diagonal(matrix: sparse.csr_array) -> sparse.csr_array:
-    """The matrix by the roots of its diagonal, where that is positive; by one elsewhere."""
-    diagonal = np.asarray(matrix.diagonal(), dtype=np.float64)
-    return by_units(matrix, np.sqrt(np.where(diagonal > 0, diagonal, 1.0)))
-
-
-def asymmetry(matrix: sparse.csr_array) -> float:
-    """Max |A - Aᵀ| / max |A|, 0 for A = 0.
-
-    >>> asymmetry(sparse.csr_array([[1.0, 2.0], [4.0, 3.0]]))
-    0.5
-    """
-    largest = max_abs(matrix.data)
-    return max_abs(sparse.csr_array(matrix - matrix.T).data) / largest if largest else 0.0
-
-
-def semidefinite(matrix: sparse.csr_array) -> bool:
-    """Whether the symmetric part is positive semidefinite, to :data:`ROUGHLY` of the largest entry.
-
-    >>> ones = sparse.csr_array(np.ones((2, 2)))
-    >>> semidefinite(ones), semidefinite(ones - sparse.eye_array(2))
-    (True, False)
-    """
-    shift = ROUGHLY * max_abs(matrix.data)
-    return definite(sparse.csc_matrix(matrix + shift * sparse.eye_array(matrix.indptr.size - 1)))
 
 
 class Affine:

@@ -17,10 +17,11 @@ from enum import Enum
 import numpy as np
 from scipy import sparse
 
+from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
-from bipot.coulomb.problem import ROUGHLY, CoulombProblem, GlobalCoulombProblem, column_count, require_problem
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import ProgramError
 from bipot.typing import Floats, max_abs
 

@@ -18,7 +18,8 @@ from typing import Protocol, TypeVar, runtime_checkable
 import numpy as np
 from scipy import sparse
 
-from bipot.coulomb.problem import Affine, CoulombProblem, by_units, column_count, require_sizes
+from bipot.basics.definite import by_units
+from bipot.coulomb.problem import Affine, CoulombProblem, column_count, require_sizes
 from bipot.coulomb.solution import NOWHERE, CoulombSolution, Judgement, Outcome, judge, known_force
 from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.typing import Floats, Ints, make_floats

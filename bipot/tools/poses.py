@@ -23,6 +23,7 @@ from bipot.errors import LARGEST_LENGTH, LARGEST_STRESS, require, require_magnit
 from bipot.paths import RAMP, Amplitude, require_bounded, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.plane import leftwards
+from bipot.tools.surfaces import direction
 from bipot.typing import Floats, make_floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
@@ -123,9 +124,8 @@ class Turn:
         if len(self.centre) == 2:
             require(self.axis is None, "turn.axis", self.axis, "None in a plane, which is turned in itself")
             return
-        axis = vector(self.axis, "turn.axis")
+        axis = direction(self.axis, "turn.axis")
         require_components(axis, 3, "turn.axis")
-        require(abs(float(norm(np.array(axis))) - 1) < 1e-12, "turn.axis", axis, "a unit vector")
         object.__setattr__(self, "axis", axis)
 
     @property
