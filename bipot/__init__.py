@@ -54,10 +54,9 @@ from bipot.errors import (
     UnsuitedForm,
 )
 from bipot.exchange import conic_program
-from bipot.fem.components import Components
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
-from bipot.fem.reduction import Geometry
+from bipot.fem.reduction import Components, Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa
 from bipot.increment import Limits
@@ -83,8 +82,7 @@ from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.surfaces import Plane

@@ -14,12 +14,26 @@ term r_n dgap removes the work that the mean force of an opening or closing cont
 elsewhere. For a candidate that comes to a curved tool through the air the work is f . du - r_t . du_t, which is what
 the body takes up; for a flat tool this is the same.
 
-    g = sum_c b (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap),
+    g = sum_c b (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap_0),
 
-makes the start's part of friction that of the force with which a point slides, where it stuck or slid another way, and
-b is the part of its slip that is not in the air (:mod:`bipot.start_friction`). The tools move on against that force,
-and through the air against none: what friction has more than - r_t . du_t is added to work too, and the balance is what
-it is without.
+makes the start's part of friction that of the force with which a point slides; one that sticks, or that resists another
+direction, is not that. With cap_0 that of the start, what the slip lacks of it is the gap of the bipotential between
+both, never negative. It is zero where a point slides on in its direction, of order three in the increment where the
+direction turns smoothly, and 2 s_0 |du_t| where it reverses. A point that was open has s_0 = 0, and a weld does not
+slip. Where the friction at the end is below its limit the point has not slid: its motion is the creep of a penalty, or
+what is left of zero. The tools move on against that force, and through the air against none: what friction has more
+than - r_t . du_t is added to work too, and the balance is what it is without.
+
+Slip in the air is no friction. A tool that goes steadily along the normal, from where it leaves a point or to where it
+lands on it, is in touch as long as the point follows it. Of its slip the part
+
+    b = |v| / (|v| + a),        v = n . (du - du_0) less what a penalty lets it sink,
+
+rubs, with a the gap that opens, or that closes while a point slips, and du_0 the motion of a body that its supports and
+the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). Slips of points that curved tools come to
+begin where these touch them (:mod:`bipot.tools.meeting`): no gap is left to close.
+
+The ``start`` is the accepted state, of which an increment of BDF2 starts from another, with its flow carried on.
 
 With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
 fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
@@ -32,17 +46,21 @@ All energies are those of the whole body: those of the modelled part times its n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
+from bipot.borne import HOLDS
 from bipot.contact.closeness import touches
+from bipot.contact.shear import Strength, caps
+from bipot.contact.supported import rubbed
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
+from bipot.iterate import Increment, Iterate
 from bipot.response import State
-from bipot.start_friction import in_touch, missing_friction, slipped, start_forces
+from bipot.tensors import norm
 from bipot.typing import Floats, vdot
 
 
@@ -87,17 +105,13 @@ class Energies:
         more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
-        return self._plus(
-            scene.images,
-            work=_tools(start, solved, r, theta) + loads + more,
-            elastic=vdot(S, elastic),
-            plastic=vdot(S, end.plastic_strain - flowed),
-            friction=more - float(against.sum()),
-        )
-
-    def _plus(self, images: int, **parts: float) -> Energies:
-        """With the ``parts`` of one increment of the modelled part added, ``images`` times each."""
-        return Energies(**{name: getattr(self, name) + images * part for name, part in parts.items()})
+        parts = {
+            "work": _tools(start, solved, r, theta) + loads + more,
+            "elastic": vdot(S, elastic),
+            "plastic": vdot(S, end.plastic_strain - flowed),
+            "friction": more - float(against.sum()),
+        }
+        return Energies(**{name: getattr(self, name) + scene.images * part for name, part in parts.items()})
 
 
 def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
@@ -143,3 +157,61 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
     before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
     return vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven)
+
+
+def start_forces(start: State, increment: Increment) -> Floats:
+    """Contact forces (c, d) of the start, with friction between tool and support against the increment's slip."""
+    return rubbed(start.forces, start_limit(start, increment), increment.dragged)
+
+
+def start_limit(start: State, increment: Increment) -> Floats:
+    """Largest friction forces s_0 (c,) under the forces of the start, with the caps there; 0 where tied."""
+    rows = increment.rows
+    if increment.system.candidates.capped:
+        rows = replace(rows, cap=_caps(start, increment))
+    return np.where(rows.tied, 0.0, rows.limit(start.forces))
+
+
+def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats) -> float:
+    """What the slip to the end, with forces r (c, d), lacks of the start's friction (module docstring), energy.
+
+    Of the slip the part ``touching`` (c,) rubs, :func:`in_touch`.
+    """
+    increment, ended = iterate.increment, iterate.rubbed(r)
+    slip, begun = slipped(iterate), start_forces(start, increment)
+    holds = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
+    gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
+    return float(gap[~holds] @ touching[~holds])
+
+
+def slipped(iterate: Iterate) -> Floats:
+    """Slips (c, d - 1), known ones included."""
+    return iterate.motion[:, 1:] + iterate.increment.dragged
+
+
+def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
+    """The part b (c,) of slips to the end, with forces r (c, d), that is not in the air (module docstring).
+
+    It is one where there is a force neither at the start nor at the end.
+    """
+    contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.size
+    begun, ended = start.gap, iterate.motion[:, 0]
+    left = iterate.increment.tools.left(iterate.advance)
+    air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
+    aloft, out = (air > 0) & (start.forces.any(axis=1) | r.any(axis=1)), np.ones(len(air))
+    if aloft.any():
+        by = contacts.met.motion(iterate.response.du) - iterate.increment.tools.taken
+        followed = contacts.parts.gathered(np.vecdot(iterate.increment.tools.frames[:, 0], by))
+        sunk = np.minimum(ended, 0.0) - np.minimum(begun, 0.0)
+        followed = np.abs(followed - sunk)
+        out[aloft] = followed[aloft] / (followed + air)[aloft]
+    return out
+
+
+def _caps(start: State, increment: Increment) -> Floats:
+    """The caps (c,) at the start, inf where none is asked."""
+    body = increment.system.body
+    scene, balanced = body.scene, body.scene.balanced(start.nodes - start.du, start.du)
+    volume = gradients(balanced, scene.mesh.elements, body.space.reference, scene.geometry).volume
+    strength = Strength(scene.material.yield_stress(start.peeq), volume)
+    return caps(increment.system.candidates, strength, balanced, start.nodes, increment.tools.placed)

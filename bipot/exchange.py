@@ -13,11 +13,10 @@ from bipot.control.accepted import Accepted
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require, require_type
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
-from bipot.forms.answers import tangent_program
-from bipot.programs.condensation import condense
+from bipot.forms.posed import tangent_program
+from bipot.programs.condensation import condense, reduce
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
-from bipot.programs.delassus import reduce
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.penalty import PenaltyProgram
 from bipot.response import TangentKind

@@ -9,7 +9,7 @@ from numbers import Real
 
 import numpy as np
 
-from bipot.errors import require, require_magnitude, require_number
+from bipot.errors import require, require_magnitude, require_number, require_type
 from bipot.schedule import ROUND_OFF, SAME
 from bipot.typing import Floats, listed, max_abs
 
@@ -146,3 +146,14 @@ class Amplitude:
 
 
 RAMP = Amplitude()
+
+
+def require_bounded(size: float, amplitude: object, field: str, largest: float) -> None:
+    """Refuse what is no amplitude of a ``size``, or a size that is out of range, by itself or at its largest multiple.
+
+    Raises:
+        SceneError: naming the ``field`` of the size, or the amplitude beside it.
+    """
+    require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
+    for value in (size, size * amplitude.largest):  # type: ignore[attr-defined]
+        require_magnitude(value, f"{field}, its amplitude with it", largest)

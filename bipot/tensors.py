@@ -9,10 +9,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from bipot.typing import Floats
 
 
 def components(dimension: int) -> int:
@@ -25,7 +23,7 @@ def components(dimension: int) -> int:
 
 
 @cache
-def identity(size: int) -> FloatArray:
+def identity(size: int) -> Floats:
     """Unit tensor as a Mandel vector, shape (s,), read-only.
 
     >>> identity(4).tolist()
@@ -38,7 +36,7 @@ def identity(size: int) -> FloatArray:
 
 
 @cache
-def deviatoric_projector(size: int) -> FloatArray:
+def deviatoric_projector(size: int) -> Floats:
     """Projector on trace-free tensors, I - 1 ⊗ 1 / 3, shape (s, s), read-only."""
     projector = np.eye(size) - np.outer(identity(size), identity(size)) / 3.0
     projector.flags.writeable = False
@@ -46,7 +44,7 @@ def deviatoric_projector(size: int) -> FloatArray:
 
 
 @cache
-def deviatoric_basis(size: int) -> FloatArray:
+def deviatoric_basis(size: int) -> Floats:
     """Orthonormal rows Q spanning the trace-free tensors, (s-1, s), read-only: ξ = Q t and dev t = Qᵀ ξ.
 
     >>> Q = deviatoric_basis(4)
@@ -61,27 +59,27 @@ def deviatoric_basis(size: int) -> FloatArray:
     return basis
 
 
-def contract(t: FloatArray, table: FloatArray) -> FloatArray:
+def contract(t: Floats, table: Floats) -> Floats:
     """t table, (…, s) and (s, m) -> (…, m), as one product of matrices, where ``@`` makes one per leading index."""
     return (t.reshape(-1, t.shape[-1]) @ table).reshape(*t.shape[:-1], table.shape[1])
 
 
-def trace(t: FloatArray) -> FloatArray:
+def trace(t: Floats) -> Floats:
     """Trace t_kk of Mandel vectors, (…, s) -> (…)."""
     return t[..., 0] + t[..., 1] + t[..., 2]
 
 
-def deviator(t: FloatArray) -> FloatArray:
+def deviator(t: Floats) -> Floats:
     """Deviator t - (t_kk / 3) 1 of Mandel vectors, (…, s) -> (…, s)."""
     return contract(t, deviatoric_projector(t.shape[-1]))
 
 
-def norm(t: FloatArray) -> FloatArray:
+def norm(t: Floats) -> Floats:
     """Euclidean norm over the last axis, (…, s) -> (…)."""
     return np.sqrt(np.vecdot(t, t))
 
 
-def equivalent_stress(sigma: FloatArray) -> FloatArray:
+def equivalent_stress(sigma: Floats) -> Floats:
     """Von Mises stress √(3/2) |dev σ|, the first term of (7), (…, s) -> (…).
 
     >>> round(float(equivalent_stress(np.array([100.0, 0.0, 0.0, 0.0]))), 12)
@@ -90,7 +88,7 @@ def equivalent_stress(sigma: FloatArray) -> FloatArray:
     return np.sqrt(1.5) * norm(deviator(sigma))
 
 
-def equivalent_strain(e: FloatArray) -> FloatArray:
+def equivalent_strain(e: Floats) -> Floats:
     """Equivalent strain √(2/3) |e| of trace-free e (8), (…, s) -> (…).
 
     >>> round(float(equivalent_strain(np.array([0.2, -0.1, -0.1, 0.0]))), 12)

@@ -1,9 +1,9 @@
-"""Array aliases, products of arrays with one type each, and read-only arrays for frozen objects."""
+"""Array aliases, products of arrays with one type each, and read-only arrays and mappings for frozen objects."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Protocol, TypeGuard, TypeVar
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,17 +18,10 @@ Pair = tuple[float, float]
 Vector = tuple[float, ...]
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+Key = TypeVar("Key")
+Value = TypeVar("Value", covariant=True)
 
-
-class Einsum(Protocol):
-    """What :func:`numpy.einsum` is to this library."""
-
-    def __call__(self, subscripts: str, /, *operands: NDArray[Any]) -> Any:
-        """Sums of products of the operands, as the subscripts say."""
-        ...
-
-
-einsum: Einsum = np.einsum
+einsum: Callable[..., Any] = np.einsum
 """:func:`numpy.einsum` itself, with one type in the place of twelve: a type checker tries them all at every call."""
 
 
@@ -103,3 +96,26 @@ def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:
     array = np.array(values, dtype=kind)
     array.flags.writeable = False
     return array
+
+
+class FrozenMap(Mapping[Key, Value]):
+    """An immutable mapping; unlike ``MappingProxyType`` it can be pickled and copied.
+
+    >>> FrozenMap({"top": 1})
+    FrozenMap({'top': 1})
+    """
+
+    def __init__(self, items: Mapping[Key, Value]) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, key: Key) -> Value:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return f"FrozenMap({self._items!r})"

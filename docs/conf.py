@@ -40,7 +40,7 @@ autodoc_default_options = {"members": True, "member-order": "bysource"}
 autodoc_typehints = "signature"
 autodoc_class_signature = "mixed"
 # Arrays by the library's own names for them, which say the kind of their numbers.
-autodoc_type_aliases = {name: name for name in ("Floats", "Ints", "Bools", "FloatArray", "BoolArray")}
+autodoc_type_aliases = {name: name for name in ("Floats", "Ints", "Bools")}
 
 sphinx_gallery_conf = {
     "examples_dirs": str(HERE.parent / "examples"),

@@ -11,8 +11,8 @@ from functools import wraps
 from typing import Any, ParamSpec, TextIO
 
 from bipot.errors import BipotError
-from bipot.progress import Progress, terminal
 from studies import INTERRUPTED, STOPPED
+from studies.progress import Progress, terminal
 from studies.stopping import stoppable
 
 REFUSED = 2

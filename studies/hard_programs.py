@@ -14,10 +14,9 @@ from bipot.conic.clarabel import solve_once
 from bipot.conic.solver import Accuracy
 from bipot.forms import FormName
 from bipot.laws.coulomb import bipotential_gap, natural_map
-from bipot.programs.conic import TangentProgram
+from bipot.programs.conic import TangentProgram, polish
 from bipot.programs.data import Block, ContactRows
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
-from bipot.programs.polish import polish
 from bipot.programs.terms import ContactTerms
 from bipot.typing import Floats
 from studies.hard_scenes import Outcome

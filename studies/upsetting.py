@@ -19,11 +19,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bipot.marching import Control, Schedule, march
-from bipot.progress import terminal
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.scene.scene import Scene
 from studies.command import command, say
+from studies.progress import terminal
 from studies.upsetting_beside import BESIDE, trustworthy
 from studies.upsetting_case import cases, parser
 from studies.upsetting_columns import UNITS

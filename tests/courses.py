@@ -35,7 +35,7 @@ from bipot.scene.loads import BodyForce, Pressure, Traction
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 from tests.scenes import scene, tool
 

@@ -18,8 +18,7 @@ from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Turn
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool, Tool
 
 ANGLE = math.pi / 6

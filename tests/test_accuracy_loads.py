@@ -17,7 +17,7 @@ from bipot.paths import Amplitude
 from bipot.scene.loads import Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 from studies.accuracy.paced import CONTROL
 from tests.inclined import turned

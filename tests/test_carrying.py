@@ -9,8 +9,8 @@ import pytest
 from bipot import Control, FlatTool, Newton, Schedule, march, upsetting
 from bipot.certificate import Bounds
 from bipot.control import carrying
+from bipot.control.attempting import Dissipated
 from bipot.control.carrying import Attempt, carry_on
-from bipot.control.dissipated import Dissipated
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import IncrementFailed
 from bipot.forms import Cache, Tangent

@@ -11,7 +11,7 @@ from bipot.conic.problem import Claim, ConicSolution, Timing
 from bipot.coulomb.acceleration import Past
 from bipot.coulomb.conic import force_program, polished_force
 from bipot.coulomb.functions import AlartCurnier, ConeMap, NaturalMap, TrescaMap
-from bipot.coulomb.scaling import scale
+from bipot.coulomb.solver import scale
 from bipot.errors import InfeasibleProgram, ProgramError, SceneError
 
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bipot import coulomb
-from bipot.coulomb.judgement import judge, nearest_law
+from bipot.coulomb.solution import judge, nearest_law
 from tests.test_coulomb_soundness import coupled, no_solution
 
 

@@ -11,7 +11,7 @@ from scipy import sparse
 
 from bipot import coulomb
 from bipot.coulomb.gauss_seidel import colouring, neighbours
-from bipot.coulomb.scaling import scale
+from bipot.coulomb.solver import scale
 from bipot.errors import SceneError
 
 GENERATED = sorted((Path(__file__).parent / "data" / "fclib").glob("*.hdf5"))
@@ -105,15 +105,15 @@ def test_contacts_of_one_colour_do_not_touch(seed, density):
 
 
 def test_dense_and_sparse_algebra_give_the_same_newton_step(monkeypatch):
-    from bipot.coulomb import scaling
-    from bipot.coulomb.linear import newton_direction
+    from bipot.coulomb import solver
+    from bipot.coulomb.newton import newton_direction
 
     problem = coulomb.reduced(coulomb.read_fclib(GENERATED[6]))
     rng = np.random.default_rng(0)
     r = np.where(rng.random(problem.size) < 0.3, 0.0, rng.normal(size=problem.size))
     steps = []
     for rows in (10_000, 0):
-        monkeypatch.setattr(scaling, "DENSE_ROWS", rows)
+        monkeypatch.setattr(solver, "DENSE_ROWS", rows)
         scaled = scale(problem)
         assert (scaled.blocks is None) == (rows > 0)
         lines = coulomb.AlartCurnier().linearise(scaled.by_contact(r), scaled.by_contact(scaled.velocity(r)), scaled.mu)

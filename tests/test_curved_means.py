@@ -23,7 +23,7 @@ from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from tests.curved import RADIUS, TIGHT, apart, check_differences, dragged, forces, marched, pressed
 from tests.scenes import PLANES, named

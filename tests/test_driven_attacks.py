@@ -20,8 +20,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.profiles import Profile
 from bipot.tools.tool import ShapedTool
 from tests.test_driven_rolls import LATE, roller

@@ -21,8 +21,7 @@ from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.surfaces import Plane
 from tests.curved import TIGHT, apart, check_differences, dragged, forces, marched, pressed
 from tests.scenes import refused

@@ -23,14 +23,13 @@ from bipot.meshes.sections import block
 from bipot.paths import Amplitude
 from bipot.results import Recorder, history
 from bipot.results.description import describe
-from bipot.results.drawn import Lines
+from bipot.results.static import Lines
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.tool import ShapedTool
 from tests.courses import stored
 from tests.curved import TIGHT, apart, forces

@@ -22,7 +22,7 @@ from bipot.scene.loads import Pressure, Traction
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, ShapedTool
 from studies import energy as study
 from studies.tables import read_csv

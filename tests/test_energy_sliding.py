@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bipot.energy import Energies, Rule
+from bipot.energy import Energies, Rule, start_limit
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
@@ -21,7 +21,6 @@ from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
-from bipot.start_friction import start_limit
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, ShapedTool
 from studies.fuzz.judge import Ran

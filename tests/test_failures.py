@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.checks import refusals
-from bipot.checks.cornered import cornered
-from bipot.checks.diagnosis import free_motion
+from bipot.checks.diagnosis import cornered, free_motion
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
@@ -30,7 +29,7 @@ from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder
-from bipot.programs.delassus import Reduced
+from bipot.programs.condensation import Reduced
 from bipot.scene.scene import upsetting
 from bipot.scene.supports import Support
 from bipot.tools.profiles import Union, wedge

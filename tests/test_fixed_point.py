@@ -20,10 +20,9 @@ from bipot.increment import Limits
 from bipot.laws.coulomb import bipotential_gap
 from bipot.marching import Control, march
 from bipot.programs.condensation import condense
-from bipot.programs.conic import TangentProgram
+from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard
 from bipot.programs.pieces import Law, Mapped, Pieces
-from bipot.programs.polish import couple, polish
 from bipot.programs.terms import ContactTerms
 from bipot.scene.scene import upsetting
 from studies import coupling as study

@@ -20,7 +20,7 @@ from bipot.meshes.sections import block
 from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, Sampling
 from studies.fuzz import driven as fuzz_driven
 from studies.fuzz import judge as fuzz_judge

@@ -9,8 +9,7 @@ from bipot.errors import SceneError
 from bipot.marching import Schedule, march
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.tool import FlatTool
 from studies.fuzz import judge as fuzz_judge
 from studies.fuzz import whole as fuzz_whole

@@ -11,10 +11,9 @@ from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
 from bipot.tools.meeting import Faces
 from bipot.tools.parts import Parts
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.tool import Sampling, ShapedTool
 from studies.fuzz import judge as fuzz_judge
 from studies.fuzz import points as fuzz_points

@@ -18,8 +18,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.revolved import sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool

@@ -17,8 +17,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.profiles import Profile, Union
 from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.surfaces import Plane

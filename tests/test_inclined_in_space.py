@@ -20,7 +20,7 @@ from bipot.results.columns import INCREMENT
 from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 from tests.curved import STEEL, apart
 from tests.golden import FORMS, Case

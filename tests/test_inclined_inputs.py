@@ -16,8 +16,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.circle import Circle
 from bipot.tools.profiles import Profile, Union
-from bipot.tools.reflection import imaged
-from bipot.tools.surfaces import Plane
+from bipot.tools.surfaces import Plane, imaged
 from tests.inclined import BASE, QUARTER, along, body, flat, places, sector, turned
 
 

@@ -18,7 +18,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, Sampling
 from studies.fuzz import judge as fuzz_judge
 from studies.fuzz import points as fuzz_points

@@ -17,7 +17,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 
 SOFT = VonMises(Elasticity(1e3, 0.3), Linear(10.0, 10.0))

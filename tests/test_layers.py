@@ -9,8 +9,8 @@ from tests.imports import circle, climbing, graph, imports, modules, reached, ro
 ROOT = Path(__file__).parents[1]
 
 LAYERS = (
-    ("errors", "progress", "tensors"),
-    ("basics", "hdf5", "schedule", "typing"),
+    ("errors",),
+    ("basics", "hdf5", "schedule", "tensors", "typing"),
     ("conic", "laws", "meshes", "paths"),
     ("certificate", "coulomb", "tools"),
     ("fem", "programs"),
@@ -25,7 +25,6 @@ LAYERS = (
     ("forms",),
     ("prediction",),
     ("increment",),
-    ("start_friction",),
     ("energy",),
     ("control",),
     ("exchange", "marching", "results"),

@@ -10,13 +10,13 @@ import sys
 import pytest
 
 from bipot.errors import ResultsError
-from bipot.results.lock import NAME, Lock
+from bipot.results.lock import NAME, locked
 
 HOLD = """
 import sys, time
 from pathlib import Path
-from bipot.results.lock import Lock
-with Lock(Path(sys.argv[1])):
+from bipot.results.lock import locked
+with locked(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)
 """
@@ -33,7 +33,7 @@ def owner(tmp_path):
 
 
 def held(folder):
-    with Lock(folder):
+    with locked(folder):
         return json.loads((folder / NAME).read_text())
 
 
@@ -48,7 +48,7 @@ def test_a_second_writer_is_refused_and_told_who_is_the_first(tmp_path, owner):
 
 
 def test_a_second_writer_of_the_same_process_is_refused(tmp_path):
-    with Lock(tmp_path), pytest.raises(ResultsError, match=f"process {os.getpid()} on .* is writing"):
+    with locked(tmp_path), pytest.raises(ResultsError, match=f"process {os.getpid()} on .* is writing"):
         held(tmp_path)
     held(tmp_path)
 

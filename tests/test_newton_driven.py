@@ -28,7 +28,7 @@ from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.revolved import sphere
 from bipot.tools.surfaces import Surface
 from bipot.tools.tool import ShapedTool

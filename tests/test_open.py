@@ -22,11 +22,11 @@ from bipot import (
     march,
 )
 from bipot.errors import ResultsError, SceneError
-from bipot.fem.elements import RULES, node_places, tabulated
+from bipot.fem.elements import RULES, tabulated
 from bipot.meshes.elements import Element
 from bipot.meshes.solids import brick
 from bipot.results import Existing, Recorder
-from bipot.results.nodal import Averaging
+from bipot.results.fields import Averaging
 from bipot.tools.surfaces import Plane
 from tests.recording import SCENE, recorder
 from tests.scenes import scene
@@ -154,7 +154,7 @@ def test_linear_functions_come_back_at_the_nodes(element):
 def test_places_of_nodes_are_where_their_shape_functions_are_one(element):
     from bipot.fem.elements import tabulated_at
 
-    found = tabulated_at(element, node_places(element)).values
+    found = tabulated_at(element, element.every_place).values
     np.testing.assert_allclose(found, np.eye(element.nodes), atol=1e-14)
 
 

@@ -12,8 +12,7 @@ from bipot import Circle, Schedule, ShapedTool, block, march, plot
 from bipot.errors import SceneError
 from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element, elements_of
-from bipot.plot.contours import tessellation
-from bipot.plot.surface import chains
+from bipot.plot.contours import chains, tessellation
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from tests.scenes import refused, scene

@@ -10,10 +10,9 @@ from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InfeasibleProgram, SceneError, UnboundedProgram
 from bipot.programs.condensation import condense
-from bipot.programs.conic import TangentProgram
+from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.data import Block, ContactRows, Term, Units
 from bipot.programs.newton import Linearised
-from bipot.programs.polish import couple, polish
 from tests.scenes import posed
 
 TIGHT = Accuracy(1e-11)

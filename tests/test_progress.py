@@ -4,7 +4,7 @@ import io
 import subprocess
 import sys
 
-from bipot.progress import Bar, Progress, terminal
+from studies.progress import Bar, Progress, terminal
 
 
 class Terminal(io.StringIO):
@@ -37,8 +37,5 @@ def test_silence_writes_nothing(capfd):
 
 
 def test_the_library_imports_without_its_optional_extras():
-    code = (
-        "import sys; sys.modules['matplotlib'] = sys.modules['tqdm'] = None; "
-        "import bipot, bipot.results, bipot.plot, bipot.progress"
-    )
+    code = "import sys; sys.modules['matplotlib'] = sys.modules['tqdm'] = None; import bipot, bipot.results, bipot.plot"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -8,8 +8,7 @@ import pytest
 
 from bipot.conic.solver import Accuracy
 from bipot.control import carrying
-from bipot.control.attempting import attempt_increment
-from bipot.control.dissipated import Dissipated
+from bipot.control.attempting import Dissipated, attempt_increment
 from bipot.control.landing import Locate
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import InfeasibleProgram, InvertedElement, NotConverged, ProgramError, UnboundedProgram, UnsuitedForm

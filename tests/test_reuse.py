@@ -17,7 +17,7 @@ from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.control.attempting import attempt_increment
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Cache, Dissipation, Newton, Tangent
-from bipot.forms.answers import tangent_program
+from bipot.forms.posed import tangent_program
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration

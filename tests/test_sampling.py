@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.contact.creases import CREASE
 from bipot.contact.overlap import overlap
-from bipot.contact.sampling import points
+from bipot.contact.sampling import CREASE, points
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
@@ -24,7 +23,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support, Symmetry
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, Sampling
 from tests.scenes import PLANES, path, refused, scene, tool
 

@@ -30,8 +30,7 @@ from bipot import (
     brick,
     march,
 )
-from bipot.contact.creases import CREASE
-from bipot.contact.sampling import hat_areas, points
+from bipot.contact.sampling import CREASE, hat_areas, points
 from bipot.system import system_of
 from tests.scenes import refused
 from tests.solids import distorted

@@ -17,7 +17,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.profiles import Profile, wedge
 from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.tool import ShapedTool

@@ -24,8 +24,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.revolved import roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import Sampling, ShapedTool

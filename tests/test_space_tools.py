@@ -11,8 +11,7 @@ from bipot.forms.base import Cache
 from bipot.forms.newton import Reuse
 from bipot.iterate import Increment
 from bipot.system import system_of
-from bipot.tools.driving import Force
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Turn
 from bipot.tools.revolved import roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool

@@ -17,7 +17,7 @@ from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.tools import surfaces
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.profiles import flat_punch
 from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.surfaces import Plane

@@ -29,8 +29,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Moment
-from bipot.tools.poses import Turn, rotation
+from bipot.tools.poses import Moment, Turn, rotation
 from bipot.tools.revolved import Revolved, roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool

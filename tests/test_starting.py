@@ -16,7 +16,7 @@ from bipot.paper import as_written
 from bipot.paths import Amplitude
 from bipot.scene.loads import BodyForce, Pressure
 from bipot.scene.scene import upsetting
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from tests.scenes import refused, scene, tool
 
 NAN = float("nan")

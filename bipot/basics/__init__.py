@@ -1,1 +1,1 @@
-"""Helpers for all modules: read-only mappings, memory of the machine, files replaced at once."""
+"""Helpers for all modules: memory of the machine, definite matrices, files replaced at once, signals that wait."""

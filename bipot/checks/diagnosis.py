@@ -3,7 +3,7 @@ r"""Why an increment could not be solved, where the scene is the cause: a body i
 A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
 candidate (none closes), and no friction where it keeps a contact closed. Candidates count at any distance, since they
 may land. These v form a cone in at most three dimensions, six in space; a linear program says which contacts a motion
-in it can open.
+in it can open. At a sharp corner of a tool the law has no one normal: the body may have no equilibrium there.
 """
 
 from __future__ import annotations
@@ -17,20 +17,23 @@ from bipot.checks.jammed import jammed
 from bipot.checks.opening import openable
 from bipot.contact import supported
 from bipot.contact.candidates import Candidates
-from bipot.contact.closeness import touches
+from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment, Iterate
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.poses import crossed, pose_size
 from bipot.tools.tool import Tool
-from bipot.typing import Floats, max_abs, vdot
+from bipot.typing import Bools, Floats, max_abs, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
 """How far a tool is followed, over sizes and gaps, in so many steps, and what is touched, over the size."""
 
 SPINS = 0.95
 """Fraction of the moment held by friction above which a tool may spin, as normal forces change in an increment."""
+
+SHARP = 0.5
+"""Angle (radians) of normals around a node within the increment's lengths, above which it is at a corner."""
 
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
@@ -204,3 +207,44 @@ def free_motion(system: System, state: State) -> Floats | None:
         motion = -motion
     largest = float(norm(motion).max())
     return motion / largest if largest > 0 else None
+
+
+def cornered(increment: Increment) -> str | None:
+    """The sentence on a node that pushes against a tool next to a sharp corner of it, None where there is none.
+
+    Next to it is who comes there by the lengths of the increment, which has failed. In a plane of symmetry, or on an
+    axis, a corner and its mirror image push along that together.
+    """
+    start, contacts = increment.start, increment.system.candidates
+    if not contacts.curved:
+        return None
+    drift = increment.quicker * float(norm(start.velocity).max()) * (increment.tau - start.tau)
+    turned = _turned(increment, increment.reach + drift) * (carries(start.forces) & _alone(increment))
+    worst = int(np.argmax(turned))
+    if turned[worst] < SHARP:
+        return None
+    return (
+        f"Node {contacts.node[worst]} is at a sharp corner of tools[{contacts.tool[worst]}], which pushes along one "
+        "normal alone there: give the corner a fillet, or make its sides tools of their own."
+    )
+
+
+def _alone(increment: Increment) -> Bools:
+    """Which candidates (c,) are not in a plane that mirrors the body."""
+    scene, node = increment.system.body.scene, increment.system.candidates.node
+    return ~np.any([np.zeros(len(node), dtype=bool), *(p.holds(scene.mesh.nodes[node]) for p in scene.mirrors)], axis=0)
+
+
+def _turned(increment: Increment, length: float) -> Floats:
+    """The largest angle (c,) between a candidate's normal and those of places so far off along the axes; 0 if flat."""
+    contacts, scene = increment.system.candidates, increment.system.body.scene
+    places, out = contacts.means.places(increment.start.nodes), np.zeros(len(contacts.tool))
+    around = length * np.vstack([np.eye(scene.mesh.dimension), -np.eye(scene.mesh.dimension)])
+    for k, (tool, pose) in enumerate(zip(scene.tools, increment.tools.placed, strict=True)):
+        own = contacts.tool == k
+        if tool.flat or not own.any():
+            continue
+        x = tool.own(places[own], pose)
+        cosines = np.vecdot(tool.face.distance(x[:, None] + around).normal, tool.face.distance(x).normal[:, None])
+        out[own] = np.arccos(np.clip(cosines.min(axis=1), -1.0, 1.0))
+    return out

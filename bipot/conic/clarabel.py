@@ -134,7 +134,7 @@ class Transferred:
     def send(self, program: ConicProgram) -> None:
         """Send the numbers of a program that this one :meth:`serves`; identical matrix objects are skipped."""
         # Lists, because the binding reads an array as a sequence of array scalars, which takes twice as long.
-        numbers = {"q": program.q.tolist(), "b": _right(program).tolist()}
+        numbers = {"q": program.q.tolist(), "b": np.concatenate([np.zeros(0), *(r.b for r in program.rows)]).tolist()}
         if program.P is not self.program.P:
             numbers["P"] = _quadratic(program, self.upper).tolist()
         if any(new.A is not old.A for new, old in zip(program.rows, self.program.rows, strict=True)):
@@ -176,10 +176,6 @@ def _answer(ready: Transferred, program: ConicProgram, started: float) -> ConicS
         answer.iterations,
         Timing(built - started, solved - built),
     )
-
-
-def _right(program: ConicProgram) -> Floats:
-    return np.concatenate([r.b for r in program.rows] or [np.zeros(0)])
 
 
 def _quadratic(program: ConicProgram, upper: Ints) -> Floats:

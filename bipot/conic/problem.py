@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.conic.file import Arrays, compressed, write
-from bipot.typing import Floats, Ints, max_abs
+from bipot.typing import Floats, max_abs
 
 KIND = "bipot conic program 1"
 """The declared kind of a file of :meth:`ConicProgram.save`."""
@@ -83,11 +83,8 @@ class Rows:
 
 def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
     """(A, b) of blocks of rows, one below the other, with the entries that are stored."""
-    parts = [(r.A.data, r.A.indices, np.diff(r.A.indptr), r.b) for r in rows]
-    none = np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0)
-    data, indices, counts, b = (np.concatenate(each) for each in zip(none, *parts, strict=True))
-    ends = np.concatenate([[0], np.cumsum(counts)])
-    return sp.csr_matrix((data, indices, ends), shape=(len(b), columns)), b
+    A = sp.vstack([sp.csr_matrix((0, columns)), *(r.A for r in rows)], format="csr")
+    return sp.csr_matrix(A), np.concatenate([np.zeros(0), *(r.b for r in rows)])
 
 
 @dataclass(frozen=True)
@@ -216,13 +213,3 @@ def _excess(rows: Rows, value: Floats) -> float:
         return max_abs(value)
     inside = value[:, 0] - np.linalg.norm(value[:, 1:], axis=1)
     return float(np.maximum(-inside, 0).max())
-
-
-def picking(variables: Ints, count: int) -> sp.csr_matrix:
-    """The rows (m, count) that pick ``variables`` (m,) from so many.
-
-    >>> picking(np.array([2]), 3).toarray().tolist()
-    [[0.0, 0.0, 1.0]]
-    """
-    m = len(variables)
-    return sp.csr_matrix((np.ones(m), variables, np.arange(m + 1)), shape=(m, count))

@@ -6,7 +6,7 @@ Its form is ``A x = b``, ``h - G x`` in the nonnegative orthant times second-ord
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
@@ -65,9 +65,7 @@ class Qoco:
             raise unsolved(answer.status)
         dual = {r.term: np.zeros((0, r.width)) for r in program.rows}
         for group, multipliers in ((rows[0], answer.y), (rows[1] + rows[2], answer.z)):
-            ends = np.cumsum([len(r.b) for r in group])
-            for r, end in zip(group, ends, strict=True):
-                dual[r.term] = np.array(multipliers[end - len(r.b) : end]).reshape(-1, r.width)
+            dual |= replace(program, rows=tuple(group)).split(np.array(multipliers))
         timing = Timing(built - started, solved - built)
         return ConicSolution(program, np.array(answer.x), dual, CLAIMS[answer.status], answer.iters, timing), None
 

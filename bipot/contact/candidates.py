@@ -23,14 +23,11 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.contact.bending import Bent
 from bipot.contact.closeness import touches
-from bipot.contact.coupling import Pairs, Pushed, pairs_of
-from bipot.contact.means import Means
-from bipot.contact.mobility import movable, shares
-from bipot.contact.operators import Operators, without_zeros
+from bipot.contact.coupling import Bent, Pairs, pairs_of
+from bipot.contact.means import Means, Operators, without_zeros
+from bipot.contact.mobility import along_what_is_held, movable, shares
 from bipot.contact.sampling import Points
-from bipot.contact.tangents import along_what_is_held
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
@@ -186,8 +183,7 @@ class Candidates:
         Entries in the order of the space, behind those of elements; to be subtracted.
         """
         node = np.asarray(self.met.weights.indices, np.intp)
-        pushed = Pushed(self.tool[self.parts.owner], node, meeting, self.parts.spread(r))
-        return self._pairs.matrices(pushed).ravel()
+        return self._pairs.matrices(self.tool[self.parts.owner], node, meeting, self.parts.spread(r)).ravel()
 
     @cached_property
     def _pairs(self) -> Pairs:

@@ -1,4 +1,4 @@
-r"""The change of contact forces with the coordinates of driven curved tools: their coupling with the nodes.
+r"""The change of contact forces as nodes move along curved tools, and with the coordinates of those that are driven.
 
 A node pushed by the vector f, whose derivative by its own position is the B of :mod:`bipot.tools.meeting`, exerts -f
 on its tool. The force dual to a coordinate x_i of the tool is then -f . w_i, with w_i and 1/L_i of
@@ -18,26 +18,17 @@ r_1 t_1 + r_2 t_2 lags behind the tool by the rate z . n - s . (z x n) along r_1
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.tools.meeting import Meeting
 from bipot.tools.poses import angles_of, crossed
-from bipot.typing import Floats, Ints, einsum
+from bipot.typing import Bools, Floats, Ints, einsum
 
 MOST = 2
 """Coordinates of one tool: along a force, and about a centre."""
-
-
-class Pushed(NamedTuple):
-    """Parts of candidates: their ``tool`` and ``node`` (w,), where they meet it, and the forces r (w, d) on them."""
-
-    tool: Ints
-    node: Ints
-    meeting: Meeting
-    r: Floats
 
 
 @dataclass(frozen=True)
@@ -58,22 +49,25 @@ class Pairs:
         driven, d = np.where(self.number >= 0, self.scene.mesh.nodes.size + self.number, -1), self.scene.mesh.dimension
         return np.column_stack([d * self.node[:, None] + np.arange(d), driven])
 
-    def matrices(self, pushed: Pushed) -> Floats:
-        """The matrices (b, d + 2, d + 2) to be subtracted from the stiffness, without the part of the nodes alone."""
+    def matrices(self, tool: Ints, node: Ints, meeting: Meeting, r: Floats) -> Floats:
+        """The matrices (b, d + 2, d + 2) to be subtracted from the stiffness, without the part of the nodes alone.
+
+        They are those of parts at a ``tool`` and a ``node`` (w,), of their ``meeting`` and the forces r (w, d) on them.
+        """
         d = self.scene.mesh.dimension
         out = np.zeros((len(self.node), d + MOST, d + MOST))
         if not len(out):
             return out
-        mine = np.isin(pushed.tool, self.tool)
-        at = np.searchsorted(self._key(self.tool, self.node), self._key(pushed.tool[mine], pushed.node[mine]))
+        mine = np.isin(tool, self.tool)
+        at = np.searchsorted(self._key(self.tool, self.node), self._key(tool[mine], node[mine]))
         number, none = self.number[at], (self.number[at] < 0)[..., None]
-        f = einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine, None]
-        arm, bending = pushed.meeting.arm[mine, None], pushed.meeting.bending(pushed.r)[mine]
+        f = einsum("ci,cij->cj", r, meeting.frames)[mine, None]
+        arm, bending = meeting.arm[mine, None], meeting.bending(r)[mine]
         ways, drives = self.scene.drives.ways[number], self.scene.drives
         w = np.where(none, 0.0, drives.motion(number, np.broadcast_to(arm, (len(f), MOST, d))))
         spin, e = np.where(none, 0.0, angles_of(ways)), np.where(none, 0.0, ways[..., :d])
         with_tool = crossed(spin, np.broadcast_to(f, w.shape))
-        turned = with_tool - einsum("cij,caj->cai", bending, w) - pushed.meeting.lag(pushed.r, mine, spin)
+        turned = with_tool - einsum("cij,caj->cai", bending, w) - meeting.lag(r, mine, spin)
         block = np.zeros((len(at), *out.shape[1:]))
         block[:, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
         block[:, d:, :d] = self._along(at, with_tool - einsum("cij,cai->caj", bending, w))
@@ -102,3 +96,28 @@ def pairs_of(scene: Scene) -> Pairs:
             padded = np.concatenate([own, np.full(MOST - len(own), -1)])
             numbers.append(np.broadcast_to(padded, (len(nodes[-1]), MOST)))
     return Pairs(scene, np.concatenate(tools), np.concatenate(nodes), np.concatenate(numbers))
+
+
+@dataclass(frozen=True)
+class Bent:
+    """The ``parts`` (b,) at curved tools, an ``element`` (b,) of each one's node, and its unknowns ``dofs`` (b, d).
+
+    Any element of the node will do, because elements are summed. Of driven tools :class:`Pairs` have the rest.
+    """
+
+    parts: Ints
+    element: Ints
+    dofs: Ints
+
+    @staticmethod
+    def of(mesh: Mesh, node: Ints, curved: Bools) -> Bent:
+        """Those of parts at these nodes (w,), of which some are at ``curved`` (w,) tools."""
+        parts = np.flatnonzero(curved)
+        _, first = np.unique(mesh.elements, return_index=True)
+        element, local = np.divmod(first[node[parts]], mesh.elements.shape[1])
+        return Bent(parts, element, mesh.dimension * local[:, None] + np.arange(mesh.dimension))
+
+    def take_off(self, K: Floats, bending: Floats) -> None:
+        """Subtract the derivatives ``bending`` (w, d, d) of the parts' forces by position from element matrices K."""
+        at = self.element[:, None, None], self.dofs[:, :, None], self.dofs[:, None, :]
+        np.subtract.at(K, at, bending[self.parts])

@@ -3,6 +3,10 @@
 A mean that continues beyond planes of symmetry is that of the whole body: its motion along their normals is cancelled
 by that of its mirror image. In a plane problem such a point does not slip, and in space it slips along the planes only.
 The projection ``within`` of its motion is the product of P = I - s s' over the planes, with unit normals s.
+
+Rows of candidates along their normals or tangents are by the unknowns of an increment. The nodes and driven tools in a
+row do not change as bodies and tools move: the matrix of another iterate has the same entries, found once, with other
+values.
 """
 
 from __future__ import annotations
@@ -13,11 +17,14 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
+from bipot.fem.assembly import Space
+from bipot.scene.drives import Drives
 from bipot.tensors import norm
 from bipot.tools.parts import Parts
 from bipot.tools.surfaces import ACROSS
-from bipot.typing import Floats, Ints, einsum
+from bipot.typing import Bools, Floats, Ints, einsum, read_only
 
 
 @dataclass(frozen=True)
@@ -79,3 +86,111 @@ class Means:
     def _spread(self) -> sp.csr_matrix:
         """The weights' transpose (a, c)."""
         return sp.csr_matrix(self.weights.T)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Operator:
+    """Rows sum_k D_k direction_k . (dU_k - dU_tool) of m candidates with ``weights`` D, each entry of its direction.
+
+    By the unknowns (n,) of the ``space``: held nodes and what paths prescribe of tools are apart. Coordinate by
+    coordinate of the tools that ``drives`` move, ``coordinate`` (l,) is which a row sees; of these l the sums are over
+    the entries ``seen`` (s,), each the part of an ``led`` (s,). Of w d + l entries ``chosen`` (z,) are those of the
+    matrix, row by row as ``indices`` (z,) and ``indptr`` (m + 1,) say.
+    """
+
+    space: Space
+    drives: Drives
+    weights: sp.csr_matrix
+    coordinate: Ints
+    seen: Ints
+    led: Ints
+    chosen: Ints
+    indices: NDArray[np.int32]
+    indptr: NDArray[np.int32]
+
+    @staticmethod
+    def of(space: Space, drives: Drives, means: Means, sees: Bools) -> Operator:
+        """That of m ``means``; ``sees`` (u, m) says whose tool has which coordinate."""
+        weights, m, d = means.weights, means.count, space.mesh.dimension
+        coordinate, rows = np.nonzero(sees)
+        row = np.concatenate([np.repeat(means.owner, d), rows])
+        moved = space.position[d * weights.indices[:, None] + np.arange(d)].ravel()
+        column = np.concatenate([moved, len(space.free) + coordinate])
+        order = np.lexsort((column, row))
+        chosen = order[column[order] >= 0]
+        return Operator(
+            space=space,
+            drives=drives,
+            weights=weights,
+            coordinate=coordinate,
+            seen=_entries(weights, rows),
+            led=np.repeat(np.arange(len(rows)), np.diff(weights.indptr)[rows]),
+            chosen=chosen,
+            indices=read_only(column[chosen], np.int32),
+            indptr=read_only(np.cumsum([0, *np.bincount(row[chosen], minlength=m)]), np.int32),
+        )
+
+    def matrix(self, direction: Floats, arm: Floats) -> sp.csr_matrix:
+        """Rows (m, n) along ``direction`` (w, d), of tools seen at ``arm`` (w, d); zeros are entries like others."""
+        data, seen = self.weights.data, self.seen
+        gone = self.drives.motion(self.coordinate[self.led], arm[seen])
+        by_tool = -np.bincount(self.led, data[seen] * np.vecdot(direction[seen], gone), len(self.coordinate))
+        by_tool[np.abs(by_tool) <= ACROSS] = 0.0
+        along = self.space.axes.at(np.asarray(self.weights.indices, np.intp), direction)
+        entries = np.concatenate([(data[:, None] * along).ravel(), by_tool])
+        shape = len(self.indptr) - 1, self.space.size
+        return sp.csr_matrix((entries[self.chosen], self.indices, self.indptr), shape=shape)
+
+
+@dataclass(frozen=True)
+class Operators:
+    """Those along the normals of c candidates, and along their tangents, candidate by candidate.
+
+    Entry by entry of the weights of ``tangents``, ``entry`` (z,) is that of the candidate, ``tangent`` (z,) which one.
+    """
+
+    means: Means
+    normal: Operator
+    tangents: Operator
+    entry: Ints
+    tangent: Ints
+
+    @staticmethod
+    def of(space: Space, drives: Drives, means: Means, sees: Bools) -> Operators:
+        """Those of candidates that are c ``means``; ``sees`` (u, c) says whose tool has which coordinate."""
+        tangents = space.mesh.dimension - 1
+        across = np.repeat(np.arange(means.count), tangents)
+        repeated = Means(sp.csr_matrix(means.weights[across]))
+        return Operators(
+            means,
+            Operator.of(space, drives, means, sees),
+            Operator.of(space, drives, repeated, sees[:, across]),
+            _entries(means.weights, across),
+            repeated.owner % tangents,
+        )
+
+    def matrices(self, frames: Floats, arm: Floats, parts: Parts) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal rows (c, n) and tangential ones (c (d - 1), n) of ``parts`` in ``frames`` (w, d, d), seen at ``arm``.
+
+        Where parts are the candidates themselves, of which one is a mean, its nodes go along the same.
+        """
+        if parts.single:
+            kept = [self.means.kept(along) for along in frames.swapaxes(0, 1)]
+            frames, arm = np.stack(kept, axis=1)[self.means.owner], arm[self.means.owner]
+        else:
+            frames = parts.rows(frames)
+        tangents = frames[self.entry, 1 + self.tangent]
+        return self.normal.matrix(frames[:, 0], arm), self.tangents.matrix(tangents, arm[self.entry])
+
+
+def _entries(weights: sp.csr_matrix, rows: Ints) -> Ints:
+    """The entries of these ``rows``, one row after the other."""
+    first, count = weights.indptr[rows], np.diff(weights.indptr)[rows]
+    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
+
+
+def without_zeros(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """The same without the entries that are zero."""
+    out = matrix.copy()
+    out.eliminate_zeros()
+    return out

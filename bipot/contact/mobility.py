@@ -1,4 +1,16 @@
-"""Which points of a tool's boundaries can move along its normal and tangent, and where symmetry forbids slip."""
+r"""Which points of a tool's boundaries can move along its normal and tangent, and where symmetry forbids slip.
+
+In space tangents may be rotated about the normal arbitrarily. Where supports or planes of symmetry hold a single
+direction z of a point's motion in the tangent plane, friction along z acts on no unknown, and its distribution between
+tool and support is not determined. With one tangent along z and the other across it, the first has no row, whatever the
+axes of the supports are, and carries nothing.
+
+This applies to flat tools. Slips on curved tools follow the motion of points relative to them, and along z are zero up
+to round-off.
+
+With P_a the projections on the free motions of the nodes, and S the projection of their mean by planes of symmetry, z
+is the direction of the tangent plane in which S (sum_a P_a) S is zero (:func:`along_what_is_held`).
+"""
 
 from __future__ import annotations
 
@@ -6,20 +18,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.contact.creases import beyond
-from bipot.contact.sampling import Points
+from bipot.contact.means import Means
+from bipot.contact.sampling import Points, beyond
+from bipot.scene.holding import Holding
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
 from bipot.tools.poses import pose_size
-from bipot.tools.reflection import across
-from bipot.tools.surfaces import ACROSS, frames
+from bipot.tools.surfaces import ACROSS, across, frames
 from bipot.typing import Bools, Floats, Ints, Vector, einsum
 
 RADIAL: Vector = (1.0, 0.0)
 
 ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
 """Angles of turn (radians): only a surface around its centre is mapped to itself by all of them."""
+
+HELD = 1e-12
+"""Over the largest: what is left along a direction that is held, but for round-off; a turn of tangents does no harm."""
 
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
@@ -155,3 +170,29 @@ def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
             cut = plane.holds(x)
             normal[cut] = across(normal[cut], plane.normal)
     return frames(normal / norm(normal)[:, None])
+
+
+def along_what_is_held(frames: Floats, means: Means, holding: Holding) -> Floats:
+    """The ``frames`` (c, 3, 3), turned about their normals where they are not along what is held, and something is."""
+    tangents = frames[:, 1:]
+    left = einsum("cij,cjk,clk->cil", tangents, _left(means, holding), tangents)
+    size, ways = np.linalg.eigh(left)
+    largest = np.abs(left).max(axis=(1, 2))
+    turns = (size[:, 0] <= HELD * largest) & (size[:, 1] > HELD * largest) & (np.abs(left[:, 0, 1]) > HELD * largest)
+    out, held = frames.copy(), ways[turns, :, 0]
+    held = held * np.where(held[:, :1] < 0, -1.0, 1.0)
+    out[turns, 1] = einsum("ci,cij->cj", held, tangents[turns])
+    out[turns, 2] = np.cross(frames[turns, 0], out[turns, 1])
+    return out
+
+
+def _left(means: Means, holding: Holding) -> Floats:
+    """S (sum_a P_a) S (c, 3, 3) of the candidates."""
+    axes = np.tile(np.eye(3), (len(holding.held), 1, 1))
+    axes[holding.axes.nodes] = holding.axes.rows
+    nodal = einsum("aij,ai,aik->ajk", axes, ~holding.held, axes)
+    pattern = means.weights.copy()
+    pattern.data[:] = 1.0
+    every = np.asarray(pattern @ nodal.reshape(-1, 9)).reshape(-1, 3, 3)
+    S = means.within
+    return every if S is None else S @ every @ S

@@ -10,7 +10,7 @@ from bipot.contact.candidates import ROUND_OFF, Candidates
 from bipot.contact.closeness import TOUCHES, touches
 from bipot.laws.projections import unit
 from bipot.tensors import norm
-from bipot.tools.reflection import across
+from bipot.tools.surfaces import across
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats
 

@@ -8,7 +8,7 @@ from bipot.control.course import Course
 from bipot.control.reason import Reason
 from bipot.energy import Energies
 from bipot.errors import require, require_count
-from bipot.fem.components import Components
+from bipot.fem.reduction import Components
 from bipot.forms import FormName
 from bipot.increment import Solved
 from bipot.programs.data import Units

@@ -1,19 +1,27 @@
-"""One attempt at an increment: the forms in turn, each time the flow that is carried on has changed."""
+"""One attempt at an increment: the forms in turn, each time the flow that is carried on has changed.
+
+Neither plastic flow nor friction may dissipate a negative energy in a solution that is accepted.
+"""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
+import numpy as np
+
+from bipot.certificate import EPS
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.control import Control
-from bipot.control.dissipated import Dissipated
-from bipot.control.reason import Reason
+from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import InvertedElement, NotConverged, ProgramError, UnsuitedForm
 from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.response import State
+from bipot.tensors import norm
+from bipot.typing import vdot
 
 STRAYED = (NotConverged, InvertedElement)
 FAILURES = (*STRAYED, ProgramError)
@@ -61,3 +69,42 @@ def attempt_increment(
         return dissipation.negative(control.limits.bounds.relative_gap, friction=solved.posed is None)
 
     return carry_on(increment, solve, refused, control.integration is Integration.BDF2)
+
+
+class Dissipated(NamedTuple):
+    """Plastic and frictional dissipation of an increment, and their ``scale`` (energy units).
+
+    They are sum_q w sigma : de_p with the stored de_p, and - sum_c r_t . du_t. The scale is
+    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, the energy taken up and that stored; ``blur`` is the work of
+    contacts due to round-off: of the increment's length, and of nodal forces on the slip.
+    """
+
+    plastic: float
+    friction: float
+    scale: float
+    blur: float = 0.0
+
+    @staticmethod
+    def of(start: State, solved: Solved) -> Dissipated:
+        """That of the increment ``solved`` from ``start``, with the flow carried on from there."""
+        response, body = solved.response, solved.iterate.increment.system.body
+        stress, kin = response.returned.stress, response.kinematics
+        carried = response.kinematics.turned(response.state.plastic_strain - start.plastic_strain)
+        slip = solved.iterate.motion[:, 1:]
+        compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
+        taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
+        length = solved.iterate.increment.units.length
+        unsure = solved.iterate.increment.system.round_off(response.rotated, length)
+        return Dissipated(
+            vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain)),
+            -vdot(solved.r[:, 1:], slip),
+            vdot(kin.volume, taken),
+            EPS * float(np.abs(solved.r).sum()) * length + unsure * float(norm(slip).sum()),
+        )
+
+    def negative(self, margin: float, friction: bool) -> Reason | None:
+        """The dissipations below - ``margin`` times the scale, and round-off, or None; friction's only if chosen."""
+        found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
+        below = {name: d for name, d in found.items() if d < -margin * self.scale - self.blur}
+        said = " and ".join(f"{name} dissipation is negative, {d:.2g}" for name, d in below.items())
+        return Reason(ReasonKind.DISSIPATION, said, measures=below) if below else None

@@ -24,7 +24,7 @@ solution is converged and measured again.
 
 So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow continues, and not negative where a point
 dropped its flow. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
-together with that of friction (:mod:`bipot.control.dissipated`), before an increment is accepted.
+together with that of friction (:mod:`bipot.control.attempting`), before an increment is accepted.
 """
 
 from __future__ import annotations

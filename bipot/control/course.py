@@ -57,7 +57,9 @@ class Course:
         allowed = f"at least {own:g}, the largest contact force of course.state"
         require(not self.largest < own, "course.largest", self.largest, allowed)
         for name in ("size", "uncut", "proposed"):
-            self._require_length(name)
+            value, field = getattr(self, name), f"course.{name}"
+            require_number(value, field)
+            require(math.isnan(value) or SHORTEST <= value <= 1, field, value, f"NaN, or from {SHORTEST:g} to 1")
         both = math.isnan(self.size) == math.isnan(self.uncut)
         require(both, "course.uncut", self.uncut, f"NaN if course.size is, which is {self.size:g}, and only then")
         marked = as_array(self.landed, "course.landed")
@@ -89,11 +91,6 @@ class Course:
     def scheduled(self) -> Course:
         """The same course as at a scheduled pseudo-time."""
         return replace(self, size=math.nan, uncut=math.nan, landed=np.zeros_like(self.landed))
-
-    def _require_length(self, name: str) -> None:
-        value, field = getattr(self, name), f"course.{name}"
-        require_number(value, field)
-        require(math.isnan(value) or SHORTEST <= value <= 1, field, value, f"NaN, or from {SHORTEST:g} to 1")
 
 
 def _largest_force(state: State) -> float:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from bipot.checks.cornered import cornered
-from bipot.checks.diagnosis import diagnosis
+from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
 from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
 from bipot.forms.memory import Pace

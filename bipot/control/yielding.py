@@ -12,7 +12,7 @@ from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.tools.reflection import imaged
+from bipot.tools.surfaces import imaged
 from bipot.typing import Floats
 
 YIELDING = 12.0

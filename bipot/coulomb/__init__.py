@@ -6,11 +6,9 @@ answer.residual(), answer.bipotential_gap(), answer.reason
 """
 
 from bipot.coulomb.acceleration import Anderson, Damped
-from bipot.coulomb.associated import AssociatedSolution, solve_associated
 from bipot.coulomb.chain import DEFAULT_CHAIN, Stage, solve
-from bipot.coulomb.conic import ConicSettings
-from bipot.coulomb.fclib import FclibError, read_fclib, read_solution, reduced
-from bipot.coulomb.fclib_writing import write_fclib
+from bipot.coulomb.conic import AssociatedSolution, ConicSettings, solve_associated
+from bipot.coulomb.fclib import FclibError, read_fclib, read_solution, reduced, write_fclib
 from bipot.coulomb.fixed_point import DeSaxceFixedPoint, TrescaFixedPoint
 from bipot.coulomb.functions import AlartCurnier, NaturalMap
 from bipot.coulomb.gauss_seidel import GaussSeidel

@@ -8,8 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from bipot.errors import require, require_count
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,8 +16,8 @@ class Past:
     """Past points x and steps G(x) - x, oldest first, (k, n) each; ``trusted`` is the last step length
     accepted."""
 
-    points: tuple[FloatArray, ...] = ()
-    steps: tuple[FloatArray, ...] = ()
+    points: tuple[Floats, ...] = ()
+    steps: tuple[Floats, ...] = ()
     trusted: float = field(default=float("inf"))
 
 
@@ -26,7 +25,7 @@ class Past:
 class Acceleration(Protocol):
     """From x and G(x) to the next x."""
 
-    def advance(self, past: Past, x: FloatArray, image: FloatArray) -> tuple[Past, FloatArray]:
+    def advance(self, past: Past, x: Floats, image: Floats) -> tuple[Past, Floats]:
         """The memory with x and G(x) in it, and the next x; all (n,)."""
         ...
 
@@ -45,7 +44,7 @@ class Damped:
         make_floats(self, "weight")
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
 
-    def advance(self, past: Past, x: FloatArray, image: FloatArray) -> tuple[Past, FloatArray]:
+    def advance(self, past: Past, x: Floats, image: Floats) -> tuple[Past, Floats]:
         """The damped point, without memory."""
         return past, x + self.weight * (image - x)
 
@@ -69,7 +68,7 @@ class Anderson:
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
         require(self.growth >= 1, "growth", self.growth, ">= 1")
 
-    def advance(self, past: Past, x: FloatArray, image: FloatArray) -> tuple[Past, FloatArray]:
+    def advance(self, past: Past, x: Floats, image: Floats) -> tuple[Past, Floats]:
         """The mixed point, or the damped one after a step that the safeguard refuses."""
         step = image - x
         size = float(np.linalg.norm(step))

@@ -16,8 +16,7 @@ from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.coulomb.solvability import Existence, existence
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.errors import InfeasibleProgram, require, require_tuple, require_type
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | 
 
 
 def _by_chain(
-    problem: CoulombProblem, limits: Limits, start: FloatArray | None, chain: tuple[Stage, ...], ends: float
+    problem: CoulombProblem, limits: Limits, start: Floats | None, chain: tuple[Stage, ...], ends: float
 ) -> tuple[CoulombSolution, list[str], int]:
     """The best force found, messages of the stages, and steps taken; no stage begins after the time ``ends``."""
     best = run(chain[0].solver, problem, replace(limits, iterations=0), start)
@@ -86,7 +85,7 @@ def _by_chain(
 def solve(
     problem: CoulombProblem,
     limits: Limits | None = None,
-    start: FloatArray | None = None,
+    start: Floats | None = None,
     chain: tuple[Stage, ...] = DEFAULT_CHAIN,
 ) -> CoulombSolution:
     """Solve by the chain; an answer is CONVERGED only where its own residual is <= ``limits.tol``.

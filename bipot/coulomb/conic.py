@@ -4,6 +4,13 @@
 
 P is the symmetric part of W plus a small multiple of I, which makes a W given with few digits positive. A proximal
 centre cancels that multiple at the fixed point.
+
+The associated relaxation is such a program, often mistaken for Coulomb's law, and kept apart by name:
+
+    min ½ r · W r + q · r   over r in K_mu
+
+Its solution has u in the dual cone, normal to r: sliding then *opens* the contact, u_n = mu |u_t| (dilatancy). That is
+the flow rule of an associated material, not dry friction; De Saxcé's shift removes it.
 """
 
 from __future__ import annotations
@@ -15,17 +22,18 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, picking
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
-from bipot.coulomb.functions import ContactFunction
+from bipot.coulomb.functions import ConeMap, ContactFunction
 from bipot.coulomb.newton import Newton, merit
+from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.coulomb.solver import Solver
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.coulomb.solver import ScaledProblem, Solver, scale
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_type
+from bipot.laws.projections import project_cone
+from bipot.typing import Floats, make_floats
 
 # Least weight of the polish's proximal term, and the |F| of scaled numbers at which nothing is left to polish.
 _LIGHTEST, _EXACT = 1e-10, 1e-15
@@ -60,7 +68,7 @@ class ConicSettings:
         return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
 
 
-def _cone_rows(problem: ScaledProblem, top: FloatArray) -> sparse.csr_matrix:
+def _cone_rows(problem: ScaledProblem, top: Floats) -> sparse.csr_matrix:
     """diag(top, 1 … 1) by contact: the rows whose cone is |r_t| <= top r_n (+ a radius)."""
     diagonal = np.ones((problem.mu.size, problem.dim))
     diagonal[:, 0] = top
@@ -81,7 +89,7 @@ class ForceProgram:
     conic: ConicProgram
     handle: Handle = None
 
-    def solve(self, linear: FloatArray, radius: FloatArray, centre: FloatArray | None = None) -> FloatArray:
+    def solve(self, linear: Floats, radius: Floats, centre: Floats | None = None) -> Floats:
         """The minimiser r (dc,), the regularisation around ``centre`` (default 0).
 
         Raises InfeasibleProgram where it is unbounded, ProgramError where unsolved.
@@ -107,9 +115,7 @@ class ForceProgram:
         return answer.x
 
 
-def polished_force(
-    problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int
-) -> FloatArray:
+def polished_force(problem: ScaledProblem, law: ContactFunction, r: Floats, load: Floats, steps: int) -> Floats:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
     Plain Newton comes first, which works for a regular W of any condition; then proximal Newton, with a first weight of
@@ -122,8 +128,8 @@ def polished_force(
 
 
 def _refined(
-    solver: Solver[Any], posed: ScaledProblem, law: ContactFunction, start: tuple[FloatArray, float], steps: int
-) -> tuple[FloatArray, float]:
+    solver: Solver[Any], posed: ScaledProblem, law: ContactFunction, start: tuple[Floats, float], steps: int
+) -> tuple[Floats, float]:
     """The iterate of smallest |F| among ``start`` and ``steps`` passes of a solver, with its |F|."""
     best, lowest = start
     state = solver.init(posed, best)
@@ -140,14 +146,57 @@ def _refined(
     return best, lowest
 
 
-def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:
+def force_program(problem: ScaledProblem, top: Floats, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
     P = sparse.csc_matrix(problem.symmetric_part() + settings.regularisation * sparse.eye_array(problem.size))
-    bare = np.flatnonzero(top == 0)
+    bare = sparse.csr_matrix(sparse.eye_array(problem.size))[problem.dim * np.flatnonzero(top == 0)]
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     rows = (
-        Rows("normal", Cone.NONNEGATIVE, picking(problem.dim * bare, problem.size), np.zeros(bare.size)),
+        Rows("normal", Cone.NONNEGATIVE, bare, np.zeros(len(bare.indptr) - 1)),
         Rows("cone", Cone.SECOND_ORDER, _cone_rows(problem, top), np.zeros(problem.size), problem.dim),
     )
     conic = ConicProgram(P, problem.q, rows, {"r": slice(0, problem.size)})
     return ForceProgram(problem, settings, Clarabel(seconds=settings.seconds), conic)
+
+
+@dataclass(frozen=True, eq=False)
+class AssociatedSolution:
+    """Minimiser r (dc,) of the relaxation. Not a :class:`CoulombSolution`: it solves another law."""
+
+    problem: CoulombProblem
+    r: Floats
+
+    @property
+    def u(self) -> Floats:
+        """W r + q, (dc,)."""
+        return self.problem.velocity(self.r)
+
+    def residual(self) -> float:
+        """|r - P_K(r - ρ u)| / max(ρ |q|, |r|), ρ = d c / trace W: the relaxation's own optimality."""
+        p = self.problem
+        r, u = p.by_contact(self.r), p.by_contact(self.u)
+        error = r - project_cone(r - p.force_scale * u, p.mu)
+        size = max(p.force_scale * float(np.linalg.norm(p.q)), float(np.linalg.norm(r)))
+        return float(np.linalg.norm(error)) / size if size else 0.0
+
+    def dilatancy(self) -> float:
+        """Opening by sliding, the sum of u_n over contacts that carry force, length units; 0 under Coulomb's
+        law."""
+        r, u = self.problem.by_contact(self.r), self.problem.by_contact(self.u)
+        return float(np.sum(np.where(r[:, 0] > 1e-9 * np.abs(r).max(initial=0.0), u[:, 0], 0.0)))
+
+
+def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = None) -> AssociatedSolution:
+    """Solve the relaxation by one conic program and its polish.
+
+    Raises SceneError for an unsymmetric W or an indefinite one, InfeasibleProgram where the program is unbounded.
+    """
+    require_type(problem, CoulombProblem, "problem")
+    require_type(settings, ConicSettings, "settings", optional=True)
+    asymmetry, settings = problem.asymmetry, settings or ConicSettings()
+    require(asymmetry <= ROUGHLY, "asymmetry of W", asymmetry, f"<= {ROUGHLY}: the relaxation is an energy")
+    require(problem.semidefinite, "W", "indefinite", "positive semidefinite: the relaxation is a convex energy")
+    scaled = scale(problem)
+    program = force_program(scaled, scaled.mu, settings)
+    r = program.solve(scaled.q, np.zeros_like(scaled.mu))
+    return AssociatedSolution(problem, scaled.unscale(polished_force(scaled, ConeMap(), r, scaled.q, 10)))

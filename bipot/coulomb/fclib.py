@@ -1,4 +1,4 @@
-"""Reader of FCLIB files, the HDF5 layout in which this community exchanges frictional problems.
+"""Reader and writer of FCLIB files, the HDF5 layout in which this community exchanges frictional problems.
 
 A file holds either `/fclib_local` (W, q) or `/fclib_global` (M, H, f, w), with `spacedim`, `vectors/mu` and
 `info`; optionally `/solution` and `/guesses` with u, r (and v). A matrix group has m, n, nz, nzmax, p, i, x:
@@ -8,20 +8,25 @@ compressed rows. Files are not trusted: everything is checked before use (:mod:`
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import replace
-from enum import IntEnum, StrEnum
+from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, require_problem
+from bipot.basics.replacing import replace
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import BipotError, SceneError, require_count, require_path, require_type
 from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
 from bipot.hdf5.isolated import isolated as run_isolated
-from bipot.tensors import FloatArray
+from bipot.typing import Floats, as_numbers
+
+if TYPE_CHECKING:
+    import h5py
 
 NUMBERS = "fiu"
 """Kinds that stand for real numbers: FCLIB's own reader converts integers as well."""
@@ -29,25 +34,15 @@ NUMBERS = "fiu"
 LARGEST_INDEX = np.iinfo(np.int32).max
 """FCLIB's indices and counts are C ints."""
 
-SOLUTION = "solution"
+LOCAL, GLOBAL, SOLUTION = "fclib_local", "fclib_global", "solution"
+"""Names of the groups that hold a problem in its reduced or its global form, and its solution."""
+
+COLUMNS, ROWS = -1, -2
+"""What nz is of compressed columns and rows; any nz >= 0 is the number of triplets."""
 
 
 class FclibError(BipotError):
     """A file that does not hold a frictional contact problem in the FCLIB layout."""
-
-
-class ProblemGroup(StrEnum):
-    """Name of the group that holds the problem."""
-
-    LOCAL = "fclib_local"
-    GLOBAL = "fclib_global"
-
-
-class Storage(IntEnum):
-    """Negative values of nz; any nz >= 0 is the number of triplets."""
-
-    COLUMNS = -1
-    ROWS = -2
 
 
 def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr_array:
@@ -55,18 +50,18 @@ def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr
     group = parent.group(name)
     group.integer("m", rows, rows)
     group.integer("n", cols, cols)
-    nz = group.integer("nz", min(Storage))
+    nz = group.integer("nz", min(COLUMNS, ROWS))
     if nz >= 0:
         x, (i, p) = _entries(group, nz, {"i": rows, "p": cols})
         return sparse.csr_array(sparse.coo_array((x, (i, p)), shape=(rows, cols)))
-    by_rows = nz == Storage.ROWS
+    by_rows = nz == ROWS
     lines, across = (rows, cols) if by_rows else (cols, rows)
     p = _pointers(group, lines)
     x, (i,) = _entries(group, int(p[-1]), {"i": across})
     return sparse.csr_array((sparse.csr_array if by_rows else sparse.csc_array)((x, i, p), shape=(rows, cols)))
 
 
-def _entries(group: Checked, count: int, sizes: Mapping[str, int]) -> tuple[FloatArray, list[NDArray[np.int32]]]:
+def _entries(group: Checked, count: int, sizes: Mapping[str, int]) -> tuple[Floats, list[NDArray[np.int32]]]:
     """The first ``count`` of x, and of the indices of these names below their sizes.
 
     There may be more, up to nzmax, which do not count and are not read.
@@ -92,12 +87,11 @@ def _pointers(group: Checked, lines: int) -> NDArray[np.int32]:
     return p
 
 
-def _form(file: Checked) -> ProblemGroup:
-    for form in ProblemGroup:
+def _form(file: Checked) -> str:
+    for form in (LOCAL, GLOBAL):
         if form in file:
             return form
-    neither = " nor ".join(f"/{form}" for form in ProblemGroup)
-    raise FclibError(f"{file.source.path} holds neither {neither}: it is not an FCLIB problem")
+    raise FclibError(f"{file.source.path} holds neither /{LOCAL} nor /{GLOBAL}: it is not an FCLIB problem")
 
 
 def read_fclib(
@@ -117,7 +111,7 @@ def read_fclib(
     require_type(isolated, bool, "isolated")
     if isolated:
         # Made anew, because what comes from another process may be written to.
-        return replace(run_isolated(f"{__name__}:read_problem", path, FclibError, largest=largest))
+        return dataclasses.replace(run_isolated(f"{__name__}:read_problem", path, FclibError, largest=largest))
     return read_problem(path, largest, newest=False)
 
 
@@ -127,7 +121,7 @@ def read_problem(path: str | Path, largest: int, newest: bool = True) -> Coulomb
         group = file.group(_form(file))
         dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
         try:
-            return (_local if group.name == f"/{ProblemGroup.LOCAL}" else _global)(group, vectors, dim)
+            return (_local if group.name == f"/{LOCAL}" else _global)(group, vectors, dim)
         except SceneError as failure:
             raise FclibError(f"{path}: {group.name}: {failure}") from failure
 
@@ -149,7 +143,7 @@ def _global(group: Checked, vectors: Checked, dim: int) -> GlobalCoulombProblem:
     return GlobalCoulombProblem(M, H, f, w, mu, dim)
 
 
-def _friction(vectors: Checked, name: str, rows: int, dim: int) -> FloatArray:
+def _friction(vectors: Checked, name: str, rows: int, dim: int) -> Floats:
     """One coefficient a contact, of which the vector of that name has ``dim`` rows each."""
     fits = rows > 0 and rows % dim == 0
     vectors.require(fits, f"{name}: its length", rows, f"a positive multiple of spacedim = {dim}")
@@ -162,7 +156,7 @@ def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
     return problem.reduced() if isinstance(problem, GlobalCoulombProblem) else problem
 
 
-def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, FloatArray]:
+def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floats]:
     """Vectors u, r (perhaps v) of `/solution`, without those that were only declared; empty when the file has none.
 
     Raises:
@@ -176,7 +170,7 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
         if SOLUTION not in file:
             return {}
         group, vectors = file.group(SOLUTION), file.group(f"{form}/vectors")
-        local = form is ProblemGroup.LOCAL
+        local = form == LOCAL
         lengths = solution_lengths(vectors.length("q" if local else "w"), None if local else vectors.length("f"))
         there = {name: length for name, length in lengths.items() if name in group and group.stored(name)}
         return {name: group.array(name, NUMBERS, (length,)) for name, length in there.items()}
@@ -185,3 +179,78 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
 def solution_lengths(rows: int, dofs: int | None) -> dict[str, int | None]:
     """Lengths of the vectors of `/solution`, None where any may be: a reduced problem does not know its bodies."""
     return {"u": rows, "r": rows, "v": dofs}
+
+
+def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> None:
+    group = parent.create_group(name)
+    integers = {"nzmax": matrix.nnz, "m": matrix.indptr.size - 1, "n": column_count(matrix), "nz": ROWS}
+    most = max(integers.values())
+    if most > LARGEST_INDEX:
+        raise FclibError(
+            f"{name} has {most} rows, columns or entries: must be at most {LARGEST_INDEX} in an FCLIB file"
+        )
+    for key, value in integers.items():
+        group.create_dataset(key, data=np.array([value], dtype=np.int32))
+    group.create_dataset("p", data=matrix.indptr.astype(np.int32))
+    group.create_dataset("i", data=matrix.indices.astype(np.int32))
+    group.create_dataset("x", data=matrix.data)
+
+
+def _write_solution(file: h5py.File, solution: Mapping[str, Floats], lengths: Mapping[str, int | None]) -> None:
+    group = file.create_group(SOLUTION)
+    for key, given in solution.items():
+        vector = as_numbers(given, f"solution[{key!r}]")
+        fits = key in lengths and vector.ndim == 1 and lengths[key] in (None, vector.size)
+        if not fits or not np.isfinite(vector).all():
+            words = f"of {', '.join(lengths)}, finite and of the length of the problem"
+            raise FclibError(f"solution[{key!r}] of shape {vector.shape}: must be one {words}")
+        group.create_dataset(key, data=vector)
+
+
+def write_fclib(
+    path: str | Path,
+    problem: CoulombProblem | GlobalCoulombProblem,
+    *,
+    title: str = "frictional contact problem",
+    description: str = "",
+    solution: Mapping[str, Floats] | None = None,
+) -> None:
+    """Write the problem as it stands, reduced or global, matrices by compressed rows.
+
+    An old file is replaced when the new one is whole. ``solution`` may hold u, r (and v), stored in `/solution`. Of the
+    ``title`` and the ``description`` only ASCII is kept exactly.
+
+    Raises:
+        FclibError: the file cannot be written, or the problem is larger than such a file can hold.
+        SceneError: no path, no problem, a title or description that is no string, or a solution that is no mapping of
+            numbers.
+    """
+    import h5py
+
+    require_path(path)
+    require_problem(problem)
+    require_type(title, str, "title")
+    require_type(description, str, "description")
+    require_type(solution, Mapping, "solution", optional=True)
+    content = BytesIO()
+    with h5py.File(content, "w") as file:
+        group = file.create_group(LOCAL if isinstance(problem, CoulombProblem) else GLOBAL)
+        group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
+        info = group.create_group("info")
+        for key, text in {"title": title, "description": description, "math_info": ""}.items():
+            info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
+        vectors = group.create_group("vectors")
+        vectors.create_dataset("mu", data=problem.mu)
+        dofs = None
+        if isinstance(problem, CoulombProblem):
+            _write_matrix(group, "W", problem.W)
+            vectors.create_dataset("q", data=problem.q)
+        else:
+            dofs = problem.f.size
+            _write_matrix(group, "M", problem.M)
+            _write_matrix(group, "H", problem.H)
+            vectors.create_dataset("f", data=problem.f)
+            vectors.create_dataset("w", data=problem.w)
+        if solution is not None:
+            _write_solution(file, solution, solution_lengths(problem.mu.size * problem.dim, dofs))
+    replace(path, content.getbuffer(), FclibError)

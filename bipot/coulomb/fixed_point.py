@@ -11,21 +11,21 @@ from scipy import sparse
 from bipot.coulomb.acceleration import Acceleration, Anderson, Past
 from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polished_force
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
-from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require_type
-from bipot.tensors import FloatArray, norm
+from bipot.tensors import norm
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True, eq=False)
-class FixedPointState:
+class FixedPointState(SolverState):
     """The last program's answer r, the point x the next program is made at, and the acceleration's memory."""
 
-    r: FloatArray
-    point: FloatArray
+    r: Floats
+    point: Floats
     memory: Past
     program: ForceProgram
     antisymmetric: sparse.csr_array
-    stalled: str | None = None
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,8 @@ class _FixedPoint:
     acceleration: Acceleration = field(default_factory=Anderson)
     settings: ConicSettings = field(default_factory=ConicSettings)
     label: ClassVar[str]
+    discs: ClassVar[bool]
+    """Whether the programs' cones are discs of given radii, or those of friction."""
 
     def __post_init__(self) -> None:
         require_type(self.acceleration, Acceleration, "acceleration")
@@ -45,8 +47,9 @@ class _FixedPoint:
         """Label: tresca-Damped, tresca-Anderson, de-saxce-Damped, de-saxce-Anderson."""
         return f"{self.label}-{type(self.acceleration).__name__}"
 
-    def _start(self, problem: ScaledProblem, r: FloatArray, top: FloatArray) -> FixedPointState:
-        program = force_program(problem, top, self.settings)
+    def init(self, problem: ScaledProblem, r: Floats) -> FixedPointState:
+        """Set up the program."""
+        program = force_program(problem, np.zeros_like(problem.mu) if self.discs else problem.mu, self.settings)
         return FixedPointState(r, r, Past(), program, problem.antisymmetric_part())
 
     def _pass(
@@ -54,8 +57,8 @@ class _FixedPoint:
         problem: ScaledProblem,
         state: FixedPointState,
         law: ContactFunction,
-        shift: FloatArray,
-        radius: FloatArray,
+        shift: Floats,
+        radius: Floats,
     ) -> FixedPointState:
         """Program and polish at the point x, then the acceleration; the parts not in the program are its load
         (W - Wᵀ)/2 x - ε x + shift."""
@@ -75,10 +78,7 @@ class TrescaFixedPoint(_FixedPoint):
     """
 
     label: ClassVar[str] = "tresca"
-
-    def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
-        """Set up the program."""
-        return self._start(problem, r, np.zeros_like(problem.mu))
+    discs: ClassVar[bool] = True
 
     def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
         """One program and one acceleration step."""
@@ -95,10 +95,7 @@ class DeSaxceFixedPoint(_FixedPoint):
     """
 
     label: ClassVar[str] = "de-saxce"
-
-    def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
-        """Set up the program."""
-        return self._start(problem, r, problem.mu)
+    discs: ClassVar[bool] = False
 
     def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
         """One program and one acceleration step."""

@@ -13,37 +13,36 @@ import numpy as np
 from bipot.errors import require_positive
 from bipot.laws import coulomb
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc, unit
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 
 class Expansion(NamedTuple):
     """F (c, d) and one element of its generalised derivative, dF/du and dF/dr (c, d, d)."""
 
-    value: FloatArray
-    du: FloatArray
-    dr: FloatArray
+    value: Floats
+    du: Floats
+    dr: Floats
 
 
 @runtime_checkable
 class ContactFunction(Protocol):
     """F(r, u) for r, u (c, d) and mu (c,), zero exactly where Coulomb's law holds."""
 
-    def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
+    def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
         ...
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
+    def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives."""
         ...
 
 
-def _onto_disc(y: FloatArray, limit: FloatArray) -> FloatArray:
+def _onto_disc(y: Floats, limit: Floats) -> Floats:
     """(y_n)+ and P_B(limit)(y_t), (c, d)."""
     return np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], limit)])
 
 
-def _disc_projection(y: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray, DiscSlope]:
+def _disc_projection(y: Floats, limit: Floats) -> tuple[Floats, Floats, DiscSlope]:
     """:func:`_onto_disc`, its derivative (c, d, d) for fixed limit (c,), and that of P_B alone."""
     slope = DiscSlope.at(y[:, 1:], limit)
     P = np.zeros((*y.shape, y.shape[1]))
@@ -66,12 +65,12 @@ class AlartCurnier:
         make_floats(self, "step")
         require_positive(step=self.step)
 
-    def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
+    def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
         y = r - self.step * u
         return r - _onto_disc(y, mu * np.maximum(y[:, 0], 0.0))
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
+    def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives; on a kink the open branch wins over the closed, stick over slip."""
         y = r - self.step * u
         limit = mu * np.maximum(y[:, 0], 0.0)
@@ -90,11 +89,11 @@ class NaturalMap:
         make_floats(self, "step")
         require_positive(step=self.step)
 
-    def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
+    def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
         return coulomb.natural_map(r, u, mu, self.step)
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
+    def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives; |u_t| has derivative 0 at u_t = 0."""
         y = r - self.step * coulomb.de_saxce_shift(u, mu)
         P, identity = cone_slope(y, mu), np.eye(r.shape[1])
@@ -107,11 +106,11 @@ class NaturalMap:
 class ConeMap:
     """F = r - P_K(r - u): the associated law, normal to the cone; a shift is part of u. Not Coulomb's law."""
 
-    def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
+    def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
         return r - project_cone(r - u, mu)
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
+    def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives."""
         P = cone_slope(r - u, mu)
         return Expansion(self.value(r, u, mu), P, np.eye(r.shape[1]) - P)
@@ -122,13 +121,13 @@ class TrescaMap:
     """F_n = r_n - (r_n - u_n)+,  F_t = r_t - P_B(s)(r_t - u_t): given ``threshold`` s (c,). Not Coulomb's
     law."""
 
-    threshold: FloatArray
+    threshold: Floats
 
-    def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
+    def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d); mu is not used."""
         return r - _onto_disc(r - u, self.threshold)
 
-    def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
+    def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives."""
         y = r - u
         projected, P, _ = _disc_projection(y, self.threshold)

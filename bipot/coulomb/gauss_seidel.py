@@ -10,16 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from bipot.coulomb.problem import column_count
-from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require, require_count
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
-from bipot.tensors import FloatArray
-from bipot.typing import einsum, make_floats
+from bipot.typing import Floats, Ints, einsum, make_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,20 +25,19 @@ class Colour:
     """Contacts that are not coupled: their ``dofs`` (k, d), rows of W (k d, dc), blocks (k, d, d), step and mu
     (k,)."""
 
-    dofs: NDArray[np.intp]
+    dofs: Ints
     rows: sparse.csr_array
-    blocks: FloatArray
-    step: FloatArray
-    mu: FloatArray
+    blocks: Floats
+    step: Floats
+    mu: Floats
 
 
 @dataclass(frozen=True, eq=False)
-class SweepState:
+class SweepState(SolverState):
     """Force after the last sweep, and the colours, made once."""
 
-    r: FloatArray
+    r: Floats
     colours: tuple[Colour, ...]
-    stalled: str | None = None
 
 
 def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
@@ -53,7 +50,7 @@ def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
     return sparse.csr_array(sparse.coo_array((np.ones(i.size), (i, j)), shape=(c, c)))
 
 
-def colouring(touching: sparse.csr_array) -> NDArray[np.intp]:
+def colouring(touching: sparse.csr_array) -> Ints:
     """Colour of each contact, (c,), no two neighbours alike: the local maxima of a fixed random order,
     peeled off."""
     c = column_count(touching)
@@ -68,7 +65,7 @@ def colouring(touching: sparse.csr_array) -> NDArray[np.intp]:
     return colour
 
 
-def _colour(problem: ScaledProblem, W: sparse.csr_array, contacts: NDArray[np.intp]) -> Colour:
+def _colour(problem: ScaledProblem, W: sparse.csr_array, contacts: Ints) -> Colour:
     d = problem.dim
     dofs = contacts[:, None] * d + np.arange(d)
     rows = sparse.csr_array(W[dofs.ravel()])
@@ -89,6 +86,7 @@ class GaussSeidel:
     local: int = 5
     relaxation: float = 1.0
     sweeps: int = 10
+    name = "gauss-seidel"
 
     def __post_init__(self) -> None:
         require_count(self.local, "local")
@@ -96,19 +94,14 @@ class GaussSeidel:
         make_floats(self, "relaxation")
         require(0 < self.relaxation < 2, "relaxation", self.relaxation, "in (0, 2)")
 
-    @property
-    def name(self) -> str:
-        """Label: gauss-seidel."""
-        return "gauss-seidel"
-
-    def init(self, problem: ScaledProblem, r: FloatArray) -> SweepState:
+    def init(self, problem: ScaledProblem, r: Floats) -> SweepState:
         """Colour the contacts."""
         W = sparse.csr_array(problem.W)
         colour = colouring(neighbours(W, problem.dim))
         groups = [np.flatnonzero(colour == k) for k in range(colour.max() + 1)]
         return SweepState(r, tuple(_colour(problem, W, contacts) for contacts in groups))
 
-    def _update(self, problem: ScaledProblem, colour: Colour, r: FloatArray) -> None:
+    def _update(self, problem: ScaledProblem, colour: Colour, r: Floats) -> None:
         old = r[colour.dofs]
         free = (colour.rows @ r).reshape(old.shape) + problem.q[colour.dofs]
         new = old

@@ -20,14 +20,12 @@ from scipy import linalg, sparse
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.scaling import scale
 from bipot.coulomb.solution import CoulombSolution, Outcome, residual
-from bipot.coulomb.solver import Limits, run
+from bipot.coulomb.solver import Limits, run, scale
 from bipot.errors import require, require_count, require_number, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
-from bipot.tensors import FloatArray
-from bipot.typing import max_abs
+from bipot.typing import Floats, max_abs
 
 MOST_CONTACTS = 6
 _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1))
@@ -45,10 +43,10 @@ Mode = tuple[tuple[Status, int], ...]
 class Polyhedron(NamedTuple):
     """E r = e, G r <= g; E (2c, 2c), G (k, 2c)."""
 
-    E: FloatArray
-    e: FloatArray
-    G: FloatArray
-    g: FloatArray
+    E: Floats
+    e: Floats
+    G: Floats
+    g: Floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,10 +79,10 @@ class MultiplicityReport:
         return f"{found} {word} found ({how}){between}; a solver returns one of them, by its start."
 
 
-def _polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Polyhedron:
+def _polyhedron(W: Floats, q: Floats, mu: Floats, mode: Mode) -> Polyhedron:
     """The law of a mode, contact by contact: slip of sign s has r_t = -s mu r_n and s u_t >= 0."""
-    rows: list[tuple[FloatArray, float]] = []
-    bounds: list[tuple[FloatArray, float]] = []
+    rows: list[tuple[Floats, float]] = []
+    bounds: list[tuple[Floats, float]] = []
     axes = np.eye(q.size)
     for k, (status, way) in enumerate(mode):
         n, t = 2 * k, 2 * k + 1
@@ -105,7 +103,7 @@ def _polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Pol
     return Polyhedron(E, e, G, g)
 
 
-def _vertex(region: Polyhedron, cost: FloatArray, within: FloatArray | None = None) -> FloatArray | None:
+def _vertex(region: Polyhedron, cost: Floats, within: Floats | None = None) -> Floats | None:
     """A force of least cost, sharpened on the rows that are active there; None where there is none.
 
     Where the cost has no least, the force costs less than that ``within`` the region by the length of the load.
@@ -128,7 +126,7 @@ def _vertex(region: Polyhedron, cost: FloatArray, within: FloatArray | None = No
     return r - np.linalg.lstsq(A, A @ r - b, rcond=_RANK)[0]
 
 
-def _points(W: FloatArray, region: Polyhedron) -> Iterator[FloatArray]:
+def _points(W: Floats, region: Polyhedron) -> Iterator[Floats]:
     """The force of a regular mode; of a singular one a force and the ends of each velocity's range."""
     E, e = region.E, region.e
     r, _, rank, _ = np.linalg.lstsq(E, e, rcond=_RANK)
@@ -165,7 +163,6 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
     require_type(problem, CoulombProblem, "problem")
     require_number(tol, "tol")
     require(tol > 0, "tol", tol, "> 0")
-    _require_apart(apart)
     require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
     require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
     scaled, began = scale(problem), perf_counter()
@@ -185,7 +182,7 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
     return MultiplicityReport(_distinct(answers, apart), exhaustive=True, continuum=continuum)
 
 
-def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
+def _starts(problem: CoulombProblem, count: int) -> list[Floats]:
     """No force, full stick, and ``count`` random forces in the cone, of the size that stops u = q."""
     stick = np.linalg.lstsq(problem.W.toarray(), -problem.q, rcond=1e-10)[0]
     size = max_abs(stick) or problem.force_scale
@@ -193,11 +190,6 @@ def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
     random = [rng.normal(size=(problem.contacts, problem.dim)) * size for _ in range(count)]
     guesses = [problem.by_contact(stick), *random]
     return [np.zeros(problem.size), *(project_cone(r, problem.mu).ravel() for r in guesses)]
-
-
-def _require_apart(apart: float) -> None:
-    require_number(apart, "apart")
-    require(apart >= 0, "apart", apart, ">= 0")
 
 
 def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:
@@ -222,7 +214,8 @@ def multiplicity(
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
     require_count(starts, "starts", 0)
-    _require_apart(apart)
+    require_number(apart, "apart")
+    require(apart >= 0, "apart", apart, ">= 0")
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
         return every_mode(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]

@@ -1,4 +1,4 @@
-"""Semismooth Newton on a nonsmooth function of the law, with a line search on |F|."""
+"""Semismooth Newton on a nonsmooth function of the law: a line search on |F|, open contacts eliminated."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 from scipy import linalg, sparse
+from scipy.sparse import linalg as sparse_linalg
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
-from bipot.coulomb.linear import factorised, jacobian, newton_direction
-from bipot.coulomb.scaling import ScaledProblem
-from bipot.errors import require, require_count, require_type
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.coulomb.solver import Blocks, ScaledProblem, SolverState
+from bipot.errors import ProgramError, require, require_count, require_type
+from bipot.typing import Bools, Floats, einsum, make_floats
 
 _SHORTEST = 1e-3
 _DECREASE = 0.1
@@ -34,8 +33,8 @@ class LineSearch:
         require_count(self.memory, "memory")
 
     def __call__(
-        self, merit: Callable[[FloatArray], float], r: FloatArray, step: FloatArray, past: tuple[float, ...]
-    ) -> tuple[FloatArray, float]:
+        self, merit: Callable[[Floats], float], r: Floats, step: Floats, past: tuple[float, ...]
+    ) -> tuple[Floats, float]:
         """(new r, its merit)."""
         reference, t = max(past[-self.memory :]), 1.0
         best, lowest = r, np.inf
@@ -51,25 +50,25 @@ class LineSearch:
 
 
 @dataclass(frozen=True, eq=False)
-class NewtonState:
+class NewtonState(SolverState):
     """r, the merit |F| of the iterates so far, and why it stopped."""
 
-    r: FloatArray
+    r: Floats
     merits: tuple[float, ...]
     stalled: str | None = None
 
 
-def merit(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> float:
+def merit(problem: ScaledProblem, function: ContactFunction, r: Floats, u: Floats) -> float:
     """|F(r, u)|, 2-norm over all contacts."""
     return float(np.linalg.norm(function.value(problem.by_contact(r), problem.by_contact(u), problem.mu)))
 
 
-def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Expansion:
+def linearise(problem: ScaledProblem, function: ContactFunction, r: Floats, u: Floats) -> Expansion:
     """F and its derivatives by contact."""
     return function.linearise(problem.by_contact(r), problem.by_contact(u), problem.mu)
 
 
-def _levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> FloatArray:
+def _levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> Floats:
     """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular
     W."""
     J, F = jacobian(problem, rows), rows.value.ravel()
@@ -110,7 +109,7 @@ class Newton:
         """Label: newton-AlartCurnier, newton-NaturalMap, with -LM for Levenberg-Marquardt."""
         return f"newton-{type(self.function).__name__}" + ("-LM" if self.levenberg else "")
 
-    def init(self, problem: ScaledProblem, r: FloatArray) -> NewtonState:
+    def init(self, problem: ScaledProblem, r: Floats) -> NewtonState:
         """Merit at the start."""
         return NewtonState(r, (merit(problem, self.function, r, problem.velocity(r)),))
 
@@ -128,3 +127,70 @@ class Newton:
         tired = len(merits) > self.patience and min(merits) > 0.5 * merits[0]
         reason = f"|F| was not halved in {self.patience} Newton steps, the active sets cycle" if tired else None
         return NewtonState(r, merits, reason)
+
+
+def _dense_jacobian(W: Floats, du: Floats, dr: Floats) -> Floats:
+    c, d, _ = du.shape
+    J = (du @ W.reshape(c, d, c * d)).reshape(c, d, c, d)
+    each = np.arange(c)
+    J[each, :, each, :] += dr
+    return J.reshape(c * d, c * d)
+
+
+def _sparse_jacobian(W: Blocks, du: Floats, dr: Floats, kept: Bools) -> sparse.csc_matrix:
+    """Rows and columns of the ``kept`` contacts only; du and dr (c, d, d) of all."""
+    d = dr.shape[1]
+    chosen = kept[W.row] & kept[W.column]
+    row, column = W.row[chosen], W.column[chosen]
+    data = du[row] @ W.data[chosen]
+    data[(np.cumsum(chosen) - 1)[W.diagonal[kept]]] += dr[kept]
+    number, count = np.cumsum(kept) - 1, int(kept.sum())
+    start = np.searchsorted(number[row], np.arange(count + 1))
+    return sparse.csc_matrix(sparse.bsr_array((data, number[column], start), shape=(count * d, count * d)))
+
+
+def jacobian(problem: ScaledProblem, rows: Expansion) -> Floats | sparse.csc_matrix:
+    """dF/du W + dF/dr of the whole problem, (dc, dc)."""
+    if problem.blocks is None:
+        return _dense_jacobian(np.asarray(problem.W), rows.du, rows.dr)
+    return _sparse_jacobian(problem.blocks, rows.du, rows.dr, np.ones(problem.mu.size, dtype=np.bool_))
+
+
+def factorised(matrix: sparse.csc_matrix) -> sparse_linalg.SuperLU:
+    """Sparse LU, ordered for the symmetric pattern that contacts have. Raises ProgramError where singular."""
+    try:
+        return sparse_linalg.splu(
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
+        )
+    except RuntimeError as failure:
+        raise ProgramError("the Newton matrix is singular") from failure
+
+
+def newton_direction(problem: ScaledProblem, rows: Expansion, proximal: float) -> Floats:
+    """Solve (dF/du (W + α I) + dF/dr) δr = -F, (dc,); open contacts (dF/du = 0, F = r) are eliminated with δr = -F.
+
+    Raises ProgramError where the matrix is singular to working precision.
+    """
+    kept = np.any(rows.du != 0, axis=(1, 2))
+    open_part = np.where(kept[:, None], 0.0, -rows.value)
+    if not np.any(kept):
+        return open_part.ravel()
+    pushed = problem.by_contact(problem.W @ open_part.ravel())
+    right = -(rows.value + einsum("cij,cj->ci", rows.du, pushed))[kept].ravel()
+    dr = rows.dr + proximal * rows.du
+    step = open_part.copy()
+    step[kept] = _solve(problem, rows.du, dr, kept, right).reshape(-1, problem.dim)
+    if not np.all(np.isfinite(step)):
+        raise ProgramError("the Newton matrix is singular to working precision")
+    return step.ravel()
+
+
+def _solve(problem: ScaledProblem, du: Floats, dr: Floats, kept: Bools, right: Floats) -> Floats:
+    if problem.blocks is not None:
+        return factorised(_sparse_jacobian(problem.blocks, du, dr, kept)).solve(right)
+    dofs = np.flatnonzero(np.repeat(kept, problem.dim))
+    J = _dense_jacobian(np.asarray(problem.W)[np.ix_(dofs, dofs)], du[kept], dr[kept])
+    try:
+        return np.asarray(np.linalg.solve(J, right), dtype=np.float64)
+    except np.linalg.LinAlgError as failure:
+        raise ProgramError("the Newton matrix is singular") from failure

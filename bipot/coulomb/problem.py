@@ -11,15 +11,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from bipot.basics.definite import definite
-from bipot.coulomb.definite import asymmetry, by_diagonal, by_units, semidefinite
+from bipot.basics.definite import asymmetry, by_diagonal, by_units, definite, semidefinite
 from bipot.errors import ProgramError, require, require_count
-from bipot.tensors import FloatArray
-from bipot.typing import as_numbers, max_abs
+from bipot.typing import Floats, Ints, as_numbers, max_abs
 
 LARGEST = 1e100
 
@@ -44,13 +42,13 @@ def column_count(matrix: sparse.csr_array) -> int:
     return int(np.array(matrix.shape)[1])
 
 
-def require_sizes(numbers: FloatArray, field: str) -> None:
+def require_sizes(numbers: Floats, field: str) -> None:
     """Numbers whose squares are numbers too."""
     largest = max_abs(numbers)
     require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
 
 
-def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
+def _vector(value: ArrayLike, field: str, size: int) -> Floats:
     vector = as_numbers(value, field)
     require(vector.shape == (size,), f"{field}.shape", vector.shape, f"({size},)")
     require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
@@ -59,7 +57,7 @@ def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
     return vector
 
 
-def _friction(value: ArrayLike, contacts: int) -> FloatArray:
+def _friction(value: ArrayLike, contacts: int) -> Floats:
     given = as_numbers(value, "mu")
     single = given.shape in ((), (1,))
     vector = _vector(np.full(contacts, float(given.flat[0])) if single else given, "mu", contacts)
@@ -83,7 +81,7 @@ class Affine:
     """u = W r + q in d = ``dim`` rows a contact: what a problem and its scaled form share."""
 
     W: Any
-    q: FloatArray
+    q: Floats
     dim: int
 
     @property
@@ -91,11 +89,11 @@ class Affine:
         """Number of contact rows, d c."""
         return self.q.size
 
-    def velocity(self, r: FloatArray) -> FloatArray:
+    def velocity(self, r: Floats) -> Floats:
         """U = W r + q, (dc,)."""
         return self.W @ r + self.q
 
-    def by_contact(self, vector: FloatArray) -> FloatArray:
+    def by_contact(self, vector: Floats) -> Floats:
         """The rows of each contact, (dc,) -> (c, d)."""
         return vector.reshape(-1, self.dim)
 
@@ -123,8 +121,8 @@ class CoulombProblem(Affine):
     """
 
     W: sparse.csr_array
-    q: FloatArray
-    mu: FloatArray
+    q: Floats
+    mu: Floats
     dim: int
 
     def __post_init__(self) -> None:
@@ -165,7 +163,7 @@ class CoulombProblem(Affine):
         return self.size / trace if trace > 0 else 1.0
 
     @cached_property
-    def contact_unit(self) -> FloatArray:
+    def contact_unit(self) -> Floats:
         """√w of each contact, (c,), w the mean diagonal of its block of W, length per force; where that is not
         positive the mean of the others.
 
@@ -184,7 +182,7 @@ class CoulombProblem(Affine):
         return np.sqrt(np.where(out > 0, out, 1.0))
 
     @cached_property
-    def groups(self) -> NDArray[np.intp]:
+    def groups(self) -> Ints:
         """Number of the group that each contact belongs to, (c,): W couples no two groups."""
         # Only a problem that is judged asks for it: what merely imports the library need not load it.
         from scipy.sparse import csgraph
@@ -212,9 +210,9 @@ class GlobalCoulombProblem:
 
     M: sparse.csr_array
     H: sparse.csr_array
-    f: FloatArray
-    w: FloatArray
-    mu: FloatArray
+    f: Floats
+    w: Floats
+    mu: Floats
     dim: int
 
     def __post_init__(self) -> None:
@@ -248,7 +246,7 @@ class GlobalCoulombProblem:
         W = self.H.T @ solve(self.H.toarray())
         return CoulombProblem(W=sparse.csr_array(W), q=self.H.T @ solve(self.f) + self.w, mu=self.mu, dim=self.dim)
 
-    def state(self, r: FloatArray) -> FloatArray:
+    def state(self, r: Floats) -> Floats:
         """V = M⁻¹ (H r + f), (m,)."""
         return self._factorised().solve(self.H @ _vector(r, "r", self.w.size) + self.f)
 

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass, field, replace
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
-from bipot.coulomb.linear import newton_direction
-from bipot.coulomb.newton import LineSearch, linearise, merit
-from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.newton import LineSearch, linearise, merit, newton_direction
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require, require_count, require_positive, require_type
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
 # Newton passes: a quick success; and how many to wait for |F| to be halved in nine.
@@ -19,12 +17,12 @@ _QUICK, _PATIENCE = 4, 12
 
 
 @dataclass(frozen=True, eq=False)
-class ProximalState:
+class ProximalState(SolverState):
     """Iterate r of the inner problem around ``centre``; ``merits`` of its Newton steps, ``outer`` = |F| at
     the centre."""
 
-    r: FloatArray
-    centre: FloatArray
+    r: Floats
+    centre: Floats
     weight: float
     merits: tuple[float, ...]
     outer: float
@@ -72,11 +70,11 @@ class ProximalPoint:
         """Label: proximal-AlartCurnier, proximal-NaturalMap."""
         return f"proximal-{type(self.function).__name__}"
 
-    def _centred(self, problem: ScaledProblem, r: FloatArray, weight: float, caution: int) -> ProximalState:
+    def _centred(self, problem: ScaledProblem, r: Floats, weight: float, caution: int) -> ProximalState:
         outer = merit(problem, self.function, r, problem.velocity(r))
         return ProximalState(r, r, weight, (outer,), outer, caution)
 
-    def init(self, problem: ScaledProblem, r: FloatArray) -> ProximalState:
+    def init(self, problem: ScaledProblem, r: Floats) -> ProximalState:
         """Centre at the start."""
         return self._centred(problem, r, self.weight, 0)
 
@@ -85,7 +83,7 @@ class ProximalPoint:
         return to it."""
         weight, centre = state.weight, state.centre
 
-        def velocity(r: FloatArray) -> FloatArray:
+        def velocity(r: Floats) -> Floats:
             return problem.velocity(r) + weight * (r - centre)
 
         rows = linearise(problem, self.function, state.r, velocity(state.r))

@@ -17,14 +17,13 @@ from enum import Enum
 import numpy as np
 from scipy import sparse
 
+from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
-from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import ProgramError
-from bipot.tensors import FloatArray
-from bipot.typing import max_abs
+from bipot.typing import Floats, max_abs
 
 # A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
 _CERTAIN = 1e-7
@@ -51,12 +50,12 @@ class ExistenceReport:
     verdict: Existence
     reason: str
     margin: float
-    forces: FloatArray | None = None
+    forces: Floats | None = None
 
 
 def _largest_margin(
-    A: sparse.csr_array, b: FloatArray, cone: FloatArray | None, seconds: float, dim: int
-) -> tuple[float, FloatArray]:
+    A: sparse.csr_array, b: Floats, cone: Floats | None, seconds: float, dim: int
+) -> tuple[float, Floats]:
     """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu = ``cone``; and its
     multipliers. What is not solved is nan.
     """
@@ -80,7 +79,7 @@ def _largest_margin(
     return margin, answer.dual["margin"].ravel()
 
 
-def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, FloatArray, FloatArray]:
+def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, Floats, Floats]:
     """Velocities as A x + b, rows and b by each contact's unit (dc,), then A by its largest entry, b by its length."""
     if isinstance(problem, GlobalCoulombProblem):
         A, b = sparse.csr_array(problem.H.T), problem.w
@@ -128,7 +127,7 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = m
     return ExistenceReport(Existence.EXISTS, "some velocity lies inside the dual cone", inside)
 
 
-def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:
+def _is_farkas(A: sparse.csr_array, b: Floats, y: Floats) -> bool:
     """Whether y >= 0 (sum y = 1) balances itself, |Aᵀ y| <= 1e-6 |b · y|, and does negative work b · y < 0.
 
     What is left of Aᵀ y could only be used by x above 1e6 in scaled units.

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import ScaledProblem, SolverState
 from bipot.errors import require_count, require_type
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
-from bipot.tensors import FloatArray
+from bipot.typing import Floats
 
 _SHRINK, _GROW = 2.0 / 3.0, 1.5
 _TOO_LONG, _SHORT = 0.9, 0.3
@@ -18,12 +18,11 @@ _SHORTEST = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class UzawaState:
+class UzawaState(SolverState):
     """Force and step length ρ."""
 
-    r: FloatArray
+    r: Floats
     length: float
-    stalled: str | None = None
 
 
 @dataclass(frozen=True)
@@ -37,17 +36,13 @@ class Uzawa:
 
     corrector: bool = True
     passes: int = 20
+    name = "uzawa"
 
     def __post_init__(self) -> None:
         require_type(self.corrector, bool, "corrector")
         require_count(self.passes, "passes")
 
-    @property
-    def name(self) -> str:
-        """Label: uzawa."""
-        return "uzawa"
-
-    def init(self, problem: ScaledProblem, r: FloatArray) -> UzawaState:
+    def init(self, problem: ScaledProblem, r: Floats) -> UzawaState:
         """Unit step: the problem is scaled."""
         return UzawaState(r, 1.0)
 
@@ -58,7 +53,7 @@ class Uzawa:
             r, length = self._pass(problem, r, length)
         return UzawaState(r, length)
 
-    def _pass(self, problem: ScaledProblem, r: FloatArray, length: float) -> tuple[FloatArray, float]:
+    def _pass(self, problem: ScaledProblem, r: Floats, length: float) -> tuple[Floats, float]:
         shifted = _shifted(problem, r)
         while length > _SHORTEST:
             ahead = _projected(problem, r - length * shifted)
@@ -74,9 +69,9 @@ class Uzawa:
         return r, length
 
 
-def _shifted(problem: ScaledProblem, r: FloatArray) -> FloatArray:
+def _shifted(problem: ScaledProblem, r: Floats) -> Floats:
     return coulomb.de_saxce_shift(problem.by_contact(problem.velocity(r)), problem.mu).ravel()
 
 
-def _projected(problem: ScaledProblem, r: FloatArray) -> FloatArray:
+def _projected(problem: ScaledProblem, r: Floats) -> Floats:
     return project_cone(problem.by_contact(r), problem.mu).ravel()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from bipot.meshes.elements import Element, same_places
-from bipot.typing import Floats, read_only
+from bipot.typing import Floats
 
 
 class Quadrature(Enum):
@@ -171,12 +171,6 @@ def facet(nodes: int, dimension: int) -> Reference:
         return tabulated_line(nodes)
     face = Element.of(nodes)
     return tabulated(face, Quadrature.GAUSS3 if face.shape.cube else Quadrature.TRIANGLE7)
-
-
-@cache
-def node_places(element: Element) -> Floats:
-    """The nodes (k, 2) of the element on its reference shape."""
-    return read_only(element.every_place, np.float64)
 
 
 @cache

@@ -3,7 +3,7 @@ r"""Motions without strain: what few integration points leave beside the rigid o
 Eight points of an H20 see six of its motions as none. Elements beside each other stop them where they share faces along
 two of their three axes; in a row of single ones each keeps a motion of its own, of which an answer may have any amount.
 One element of a volume change that is projected on constants has motions like that, too, and so have triangles and
-tetrahedra of it with their middles in one plane (:mod:`bipot.fem.conformal`). Nodes that are moved out of a
+tetrahedra of it with their middles in one plane (:func:`kept_by_means`). Nodes that are moved out of a
 row make them a little stiff, in proportion to the square of the distance: where that is a twentieth of an element, a
 force at a node of a row still moves it many times as far as it should.
 
@@ -40,7 +40,6 @@ from bipot.basics.definite import definite
 from bipot.errors import require
 from bipot.fem.assembly import Space, element_stiffness, space
 from bipot.fem.axes import STRAIGHT, Axes
-from bipot.fem.conformal import kept_by_means
 from bipot.fem.elements import RULES, Quadrature, Reference, tabulated, tabulated_along
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VOLUMES, Projection, VolumeChange
@@ -48,7 +47,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import outward_area
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import identity, norm
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 LEAST, LEAST_LEVEL, LEAST_WEAK = 0.05, 0.12, 0.033
 """The ``least`` of the module docstring: of a rule alone, of a volume change that elements level in space, and of all
@@ -62,6 +61,12 @@ LEVEL = 0.55
 
 ASKEW = 1e-3
 """The most of a facet's normal, as the sine of an angle, along which nodes may move that are held along it."""
+
+WAYS = {Geometry.SOLID: slice(None), Geometry.AXISYMMETRIC: slice(1, 2), Geometry.PLANE_STRAIN: slice(0)}
+"""Along which coordinates the b of :func:`kept_by_means` may be."""
+
+FLAT = 1e-14
+"""Of a second moment, over the largest of the same body, what is no more than round-off."""
 
 NONE = np.empty(0, dtype=np.intp)
 
@@ -197,3 +202,61 @@ def _stiffness(free: Space, table: Reference, volume: VolumeChange, some: slice 
     size = placed.reduction.mandel
     moduli: Floats = 2 * np.eye(size) + np.outer(identity(size), identity(size))
     return element_stiffness(placed, moduli)
+
+
+def kept_by_means(mesh: Mesh, geometry: Geometry) -> Floats:
+    r"""The parts (e,) of conformal motions that triangles or tetrahedra keep, by straight sides; one without a b.
+
+    Conformal are those whose strain is a change of volume alone, of which means over elements may see none. In space
+
+        v = (b . x) x - (x . x) b/2,    e = (b . x) 1,
+
+    is one for any b. It is quadratic, and the volume change tr e = 3 b . x is linear. Where it is projected on
+    constants its mean over an element is that in the element's middle, and with the origin in a plane that has the
+    middles of all elements and the normal b there is none. So one to three tetrahedra have such motions, and so have
+    the six of a cube. Of what the volume change of these motions costs, elements of volumes V with middles c keep at
+    least the part
+
+        min over b of  sum V (b . (c - o))^2 / int (b . (x - o))^2 dx,    o the middle of all.
+
+    It is found for an element with those that share a corner with it: a row of single cubes on a large body has such
+    motions by itself. On a meridian b is along the axis, and in a plane the strain e = (b . x) 1 has a component
+    across it, which is none.
+
+    >>> from bipot.meshes.elements import Element
+    >>> from bipot.meshes.solids import brick
+    >>> cubes = (brick(1.0, 1.0, n, 1, 1, n, element=Element.T10) for n in (1, 2))
+    >>> [abs(round(float(kept_by_means(cube, Geometry.SOLID).min()), 3)) for cube in cubes]
+    [0.0, 0.203]
+    """
+    ways = range(mesh.dimension)[WAYS[geometry]]
+    corners = mesh.elements[:, : mesh.element.corners]
+    if not ways:
+        return np.ones(len(corners))
+    x = (mesh.nodes[corners] - mesh.nodes.mean(axis=0)) / mesh.size
+    middle = x.mean(axis=1)
+    volume = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
+    if geometry is Geometry.AXISYMMETRIC:
+        volume = volume * mesh.nodes[corners, 0].mean(axis=1)
+    x, middle = x[..., list(ways)], middle[:, list(ways)]
+    off, count = x - middle[:, None], corners.shape[1]
+    inside = einsum("e,eki,ekj->eij", volume / (count * (count + 1)), off, off)
+    beside = _in_corners(corners)
+    whole, first = beside @ volume, beside @ (volume[:, None] * middle)
+    second = beside @ einsum("e,ei,ej->eij", volume, middle, middle).reshape(len(middle), -1)
+    between = second.reshape(inside.shape) - einsum("ei,ej,e->eij", first, first, 1 / whole)
+    every = between + (beside @ inside.reshape(len(inside), -1)).reshape(inside.shape)
+    part, along = np.linalg.eigh(every)
+    # Of a body so flat that round-off decides, what it keeps across its plane comes out as too little.
+    over = along / np.sqrt(np.maximum(part, FLAT * part[:, -1:]))[:, None]
+    least: Floats = np.linalg.eigh(over.transpose(0, 2, 1) @ between @ over)[0]
+    return least[:, 0]
+
+
+def _in_corners(corners: Ints) -> sp.csr_matrix:
+    """Which elements (e, e) share a corner, of elements' ``corners`` (e, n), themselves included: ones."""
+    count, width = corners.shape
+    own = sp.csr_matrix((np.ones(corners.size), corners.ravel(), width * np.arange(count + 1)))
+    shared = sp.csr_matrix(own @ own.T)
+    shared.data[:] = 1.0
+    return shared

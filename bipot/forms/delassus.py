@@ -9,14 +9,11 @@ from typing import Any, ClassVar
 from bipot.conic.problem import Claim, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require, require_type
-from bipot.forms.answers import tangent_program
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed
-from bipot.forms.spring import softly_held, unresisted
+from bipot.forms.posed import Posed, softly_held, tangent_program, unresisted
 from bipot.iterate import Iterate
-from bipot.programs.condensation import condense
+from bipot.programs.condensation import Reduced, condense, reduce
 from bipot.programs.data import Stopwatch
-from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
 from bipot.typing import Floats
 

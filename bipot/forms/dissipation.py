@@ -16,10 +16,8 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import InvertedElement, ProgramError, require_type
-from bipot.forms.answers import Tried, distance_of, gone_on, require_solver, solved, tangent_program
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed
-from bipot.forms.spring import softly_placed
+from bipot.forms.posed import Posed, Tried, distance_of, gone_on, require_solver, softly_placed, solved, tangent_program
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram
@@ -69,7 +67,7 @@ class Dissipation:
         began = clock.outside()
         with clock:
             program = self.program(iterate, r, state)
-        raw = solved(self, program, state.cache)
+        raw = solved(program, self.name, self.solver, self.accuracy, state.cache)
         with clock:
             there = iterate.increment.at(raw.u * state.units.length)
         forces = state.spread(raw.r * state.units.force)

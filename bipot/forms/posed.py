@@ -1,18 +1,38 @@
-"""The state of the forms that pose a program in every pass: which candidates get rows, and what friction freezes."""
+"""The state of the forms that pose a program in every pass: which candidates get rows, and what friction freezes.
+
+The exact conic forms share the answers to their programs, Newton on the quadratic model, and the remaining error.
+
+Tools driven by forces or moments are held by a spring where nothing else in a program resists them. A program that is
+solved through its stiffness alone (`delassus`) needs one for every such tool. `newton` has its own. The spring has no
+tension at the iterate, so each pass is a proximal-point step: its pull vanishes as the passes converge, and the
+solution of the increment is free of it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 
+from bipot.conic.problem import Claim, Timing
+from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.contact.closeness import near_tools
-from bipot.forms.base import Cache
+from bipot.errors import require
+from bipot.forms.base import Cache, FormName
 from bipot.iterate import Iterate
-from bipot.programs.data import ContactRows, Units
+from bipot.laws.coulomb import force_threshold, natural_map
+from bipot.programs.conic import TangentProgram, couple
+from bipot.programs.data import Block, ContactRows, Stopwatch, Units
+from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Coupling, Safeguard, image
 from bipot.programs.terms import ContactTerms
+from bipot.response import TangentKind
 from bipot.typing import Bools, Floats
+
+SOFT = 1e-5
+"""The stiffness of the spring over that of the tool's elastic support."""
 
 
 @dataclass(frozen=True)
@@ -79,3 +99,115 @@ class Posed:
         coupling = self.coupling.update(image(iterate.rows, r, iterate.x), exact)
         rose = distance is not None and self.distance is not None and distance >= self.distance
         return replace(self, coupling=coupling, distance=distance, rose=rose)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """An answer in the program's own units, the solver's claim and cost, and whether friction is exact."""
+
+    u: Floats
+    r: Floats
+    outcome: Claim
+    iterations: int
+    timing: Timing
+    exact: bool = False
+
+
+class Tried(NamedTuple):
+    """An iterate with forces r (c, d) of all, its distance from equilibrium and law, whether a step was whole."""
+
+    iterate: Iterate
+    r: Floats
+    distance: float
+    whole: bool = True
+
+
+def solved(
+    program: TangentProgram | DissipationProgram, name: FormName, solver: ConicSolver, accuracy: Accuracy, cache: Cache
+) -> Raw:
+    """Solve the program of the form of that name, whose ``solver`` keeps reusable data in the cache."""
+    answer, handle = solver.solve(program.conic(), accuracy, cache.handles.get(name))
+    cache.handles[name] = handle
+    r = program.contact.contact_forces(answer)
+    return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
+
+
+def tangent_program(
+    iterate: Iterate, terms: ContactTerms, state: Posed, kind: TangentKind, clock: Stopwatch
+) -> TangentProgram:
+    """The tangent program of a pass, dimensionless."""
+    with clock:
+        K = iterate.stiffness(kind)
+    program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
+    return (
+        softly_held(program, iterate, state, unresisted(program.contact, iterate))
+        if iterate.translated.size
+        else program
+    )
+
+
+def gone_on(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
+    """Newton with exact Coulomb friction on the quadratic model, from the iterate and forces r (c, d), or None."""
+    units = state.units
+    return couple(
+        program,
+        iterate.x / units.length,
+        r[state.near] / units.force,
+        state.cache.frames(program.contact.rows, iterate),
+    )
+
+
+def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:
+    """Largest component of equilibrium residual and natural map of the exact law, in the units of the program."""
+    units, rows, near = state.units, state.turned(iterate).rows, r[state.near]
+    residual = (iterate.residual - rows.forces(near)) / units.force
+    motion, force = iterate.motion[state.near] / units.length, near / units.force
+    residual_of_law = natural_map(force, motion, rows.mu, 1.0, rows.cap / units.force, force_threshold(force))
+    law = np.where(rows.tied[:, None], motion, residual_of_law)
+    return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
+
+
+def require_solver(solver: object, field: str) -> None:
+    """Raise SceneError unless the ``solver`` of a form is one."""
+    made = isinstance(solver, ConicSolver) and not isinstance(solver, type)
+    require(made, field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")
+
+
+def softly_held(program: TangentProgram, iterate: Iterate, state: Posed, tools: Bools) -> TangentProgram:
+    """The program with a spring on the chosen ``tools`` (m,), coordinates that are driven."""
+    if not tools.any():
+        return program
+    space, (spring, tension) = iterate.increment.system.body.space, _springs(iterate, state, tools)
+    K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
+    # A sum of matrices would lose the zeros of the run's pattern.
+    K.data[space.diagonal] += spring
+    f[len(space.free) :] += tension
+    return replace(program, K=K, f=f)
+
+
+def softly_placed(program: DissipationProgram, iterate: Iterate, state: Posed) -> DissipationProgram:
+    """The program with a spring on those tools that nothing resists."""
+    tools = unresisted(program.contact, iterate)
+    if not tools.any():
+        return program
+    spring, tension = _springs(iterate, state, tools)
+    free = np.zeros(iterate.x.size - tools.size)
+    force = program.force + np.append(free, tension)
+    return replace(program, force=force, spring=np.append(free, spring))
+
+
+def _springs(iterate: Iterate, state: Posed, tools: Bools) -> tuple[Floats, Floats]:
+    """Stiffness (m,) of the springs on the chosen ``tools`` (m,), and what they pull by from zero; dimensionless."""
+    units = state.units
+    spring = SOFT * tools * iterate.increment.system.rigidity.tools * (units.length / units.force)
+    return spring, spring * iterate.translated / units.length
+
+
+def unresisted(terms: ContactTerms, iterate: Iterate) -> Bools:
+    """Coordinates (m,) of tools that are driven along contacts without any friction yet, and against none."""
+    count = iterate.translated.size
+    dragged, _ = terms.tangent_rows(terms.sliding | terms.stuck | terms.coned)
+    # Where tools are curved rows keep the entries that are zero.
+    resisted = [G.indices[G.data != 0] for G in (terms.rows.G_n, dragged)]
+    first = iterate.x.size - count
+    return ~np.isin(first + np.arange(count), np.concatenate(resisted))

@@ -16,15 +16,13 @@ from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, require_count, require_type
-from bipot.forms.answers import Raw, Tried, distance_of, gone_on, require_solver, solved, tangent_program
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed
+from bipot.forms.posed import Posed, Raw, Tried, distance_of, gone_on, require_solver, solved, tangent_program
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense, pays
-from bipot.programs.conic import TangentProgram
+from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.data import Stopwatch
 from bipot.programs.fixed_point import Safeguard
-from bipot.programs.polish import couple, polish
 from bipot.response import TangentKind
 from bipot.typing import Floats
 
@@ -88,7 +86,7 @@ class Tangent:
         if small and not small.kept.size:
             # Where nothing may touch, the elimination has solved it.
             return Raw(small.recover(np.zeros(0)), r, Claim.SOLVED, 0, Timing(), exact=True)
-        raw = solved(self, small.program if small else program, cache)
+        raw = solved(small.program if small else program, self.name, self.solver, self.accuracy, cache)
         u = small.recover(raw.u) if small else raw.u
         coupled = couple(program, u, raw.r, frames) if self.coupled else None
         u, forces = coupled or polish(program, u, raw.r, frames)

@@ -18,10 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import BipotError, Refusal
-from bipot.hdf5.dataset import Allowed, Dataset, Shape
+from bipot.hdf5.dataset import Dataset, Shape, require_kind
 from bipot.hdf5.headers import require_plain, require_plain_file
 from bipot.hdf5.source import Source
-from bipot.hdf5.types import require_kind
 
 if TYPE_CHECKING:
     from h5py.h5g import GroupID
@@ -149,7 +148,7 @@ class Checked:
         """A whole dataset of that kind and shape, None for any length, its values from ``least`` to ``most``."""
         dataset = self._dataset(name)
         dataset.require(kind, shape)
-        return dataset.read(kind, 0, dataset.shape[0] if shape else 1, Allowed(finite, least, most))
+        return dataset.read(kind, 0, dataset.shape[0] if shape else 1, finite=finite, least=least, most=most)
 
     def rows(
         self,
@@ -169,17 +168,13 @@ class Checked:
         length = dataset.shape[0]
         inside = 0 <= start <= stop <= length
         self.require(inside, f"{name}: number of its rows", length, f"at least {stop}")
-        return dataset.read(kind, start, stop, Allowed(finite, least, most))
-
-    def number(self, name: str, kind: str) -> Any:
-        """The one number of a dataset, which has no dimensions or one of length 1."""
-        dataset = self._dataset(name)
-        dataset.require(kind, () if dataset.shape == () else (1,))
-        return dataset.read(kind, 0, 1, Allowed()).item()
+        return dataset.read(kind, start, stop, finite=finite, least=least, most=most)
 
     def integer(self, name: str, least: float = -inf, most: float = inf) -> int:
-        """The one integer of a dataset, from ``least`` to ``most``."""
-        value = self.number(name, INTEGERS)
+        """The one integer of a dataset, which has no dimensions or one of length 1, from ``least`` to ``most``."""
+        dataset = self._dataset(name)
+        dataset.require(INTEGERS, () if dataset.shape == () else (1,))
+        value = dataset.read(INTEGERS, 0, 1).item()
         self.require(least <= value <= most, name, value, str(least) if least == most else f"in [{least}, {most}]")
         return value
 

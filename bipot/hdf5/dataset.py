@@ -1,8 +1,11 @@
-"""One dataset of an untrusted file: its declarations are checked, and its numbers once they are read."""
+"""One dataset of an untrusted file: its declarations are checked, and its numbers once they are read.
+
+Integers and floats of the standard sizes are read, by NumPy's letters f, i and u.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, prod
 from typing import TYPE_CHECKING, Any
 
@@ -11,22 +14,18 @@ from numpy.typing import NDArray
 
 from bipot.hdf5.source import Source
 from bipot.hdf5.storage import contiguous, require_own, require_stored
-from bipot.hdf5.types import require_kind
 
 if TYPE_CHECKING:
+    from h5py.h5a import AttrID
     from h5py.h5d import DatasetID
+    from h5py.h5t import TypeID
 
 Shape = tuple[int | None, ...]
 """None for a length that may be any."""
 
-
-@dataclass(frozen=True)
-class Allowed:
-    """Values that a dataset may hold: from ``least`` to ``most``, and finite or not."""
-
-    finite: bool = True
-    least: float = -inf
-    most: float = inf
+WORDS = {"f": "floats", "i": "signed integers", "u": "unsigned integers"}
+SIZES = {"f": (32, 64), "i": (8, 16, 32, 64), "u": (8, 16, 32, 64)}
+STANDARD = {"f": "IEEE_F", "i": "STD_I", "u": "STD_U"}
 
 
 @dataclass(frozen=True)
@@ -69,8 +68,13 @@ class Dataset:
         held, largest = 8 * prod(found if rows is None else (rows, *found[1:])), self.source.largest
         self.source.require(held <= largest, f"{self.field}: its bytes", held, f"at most {largest}")
 
-    def read(self, kind: str, start: int, stop: int, allowed: Allowed) -> NDArray[Any]:
-        """Rows from ``start`` up to ``stop``, or the one number where it has no dimensions."""
+    def read(
+        self, kind: str, start: int, stop: int, *, finite: bool = True, least: float = -inf, most: float = inf
+    ) -> NDArray[Any]:
+        """Rows from ``start`` up to ``stop``, or the one number where it has no dimensions.
+
+        Refuses values that are not ``finite``, if they have to be, and those below ``least`` or above ``most``.
+        """
         import h5py
 
         with self.source.reading(self.field):
@@ -79,23 +83,51 @@ class Dataset:
             found = np.asarray(whole[start:stop] if self.shape else whole[()])
         target = np.float64 if "f" in kind else np.int64
         if target is np.int64 and found.dtype == np.uint64:
-            allowed = replace(allowed, most=min(allowed.most, np.iinfo(np.int64).max))
-        self._require_values(found, allowed)
-        return found.astype(target, copy=False)
-
-    def _require_values(self, values: NDArray[Any], allowed: Allowed) -> None:
-        least, most = allowed.least, allowed.most
+            most = min(most, np.iinfo(np.int64).max)
         bounds = f"in [{least}, {most}]"
         checks = (
-            (allowed.finite and values.dtype.kind == "f", lambda: ~np.isfinite(values), "finite"),
-            (least > -inf, lambda: values < least, bounds),
-            (most < inf, lambda: values > most, bounds),
+            (finite and found.dtype.kind == "f", lambda: ~np.isfinite(found), "finite"),
+            (least > -inf, lambda: found < least, bounds),
+            (most < inf, lambda: found > most, bounds),
         )
         for asked, beyond, words in checks:
             if asked and (bad := beyond()).any():
                 place = tuple(int(k) for k in np.unravel_index(bad.argmax(), bad.shape))
-                self.source.require(False, f"{self.field}{list(place)}", values[place], words)
+                self.source.require(False, f"{self.field}{list(place)}", found[place], words)
+        return found.astype(target, copy=False)
 
 
 def _words(shape: Shape) -> str:
     return str(tuple("any" if n is None else n for n in shape)).replace("'", "")
+
+
+def require_kind(source: Source, field: str, item: DatasetID | AttrID, kind: str) -> None:
+    """Refuse a type that is none of the standard ones of the letters in ``kind``.
+
+    The type is compared in HDF5's form: no NumPy type is made of a type that a file controls.
+    """
+    import h5py
+
+    found = item.get_type()
+    names = (f"{STANDARD[letter]}{size}{order}" for letter in kind for size in SIZES[letter] for order in ("LE", "BE"))
+    known = any(found.equal(getattr(h5py.h5t, name)) for name in names)
+    allowed = " or ".join(WORDS[letter] for letter in kind)
+    source.require(known, f"{field}: its type", _kind(found), f"{allowed} of a standard size")
+
+
+def _kind(found: TypeID) -> str:
+    import h5py
+
+    numbers = {h5py.h5t.INTEGER: "an integer", h5py.h5t.FLOAT: "a float"}
+    others = {
+        h5py.h5t.STRING: "a string",
+        h5py.h5t.VLEN: "one of variable length",
+        h5py.h5t.COMPOUND: "a compound",
+        h5py.h5t.REFERENCE: "a reference",
+        h5py.h5t.OPAQUE: "an opaque one",
+        h5py.h5t.ENUM: "an enumeration",
+        h5py.h5t.ARRAY: "an array",
+        h5py.h5t.BITFIELD: "bits",
+    }
+    kind = found.get_class()
+    return f"{numbers[kind]} of {found.get_size()} bytes" if kind in numbers else others.get(kind, f"of class {kind}")

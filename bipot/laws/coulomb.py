@@ -24,9 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.laws.projections import project_cone, project_disc
-from bipot.tensors import BoolArray, FloatArray, norm
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats
 
-Friction = FloatArray | float
+Friction = Floats | float
 
 
 class Status(IntEnum):
@@ -38,7 +39,7 @@ class Status(IntEnum):
     UNDECIDED = 3
 
 
-def _finite(mu: Friction) -> FloatArray:
+def _finite(mu: Friction) -> Floats:
     """The coefficient with 0 in place of inf."""
     return np.where(np.isinf(mu), 0.0, mu)
 
@@ -47,12 +48,12 @@ CARRIES = 1e-8
 """A contact force below this fraction of the increment's largest counts as none: solvers leave such at open points."""
 
 
-def force_threshold(r: FloatArray) -> float:
+def force_threshold(r: Floats) -> float:
     """The force up to which a contact force of r (c, d) counts as none, see :data:`CARRIES`."""
     return CARRIES * float(norm(r).max(initial=0.0))
 
 
-def limit(r_n: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> FloatArray:
+def limit(r_n: Floats, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> Floats:
     """Largest friction force s = min(mu r_n, cap), (…).
 
     Where mu = inf: inf without a cap, whatever r_n (the closed cone), else the cap where r_n is above ``none``, what
@@ -65,18 +66,18 @@ def limit(r_n: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0
     return np.minimum(np.where(np.isinf(mu), glued, _finite(mu) * r_n), cap)
 
 
-def limit_slope(r_n: FloatArray, mu: Friction, cap: Friction = np.inf) -> FloatArray:
+def limit_slope(r_n: Floats, mu: Friction, cap: Friction = np.inf) -> Floats:
     """ds/dr_n of :func:`limit`, (…): mu, and 0 where the cap is active or mu = inf."""
     return np.where(_finite(mu) * r_n < cap, _finite(mu), 0.0)
 
 
-def cone_violation(r: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> FloatArray:
+def cone_violation(r: Floats, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> Floats:
     """How far r is outside K (15): max of (|r_t| - s(r_n))+ and (-r_n)+, (…, d) -> (…), force units."""
     r_n = r[..., 0]
     return np.maximum(np.maximum(norm(r[..., 1:]) - limit(r_n, mu, cap, none), -r_n), 0.0)
 
 
-def dual_cone_violation(u: FloatArray, mu: Friction) -> FloatArray:
+def dual_cone_violation(u: Floats, mu: Friction) -> Floats:
     """How far u is outside the dual cone: (mu |u_t| - u_n)+, (…, d) -> (…), length units.
 
     mu = inf: max of |u_t| and (-u_n)+.
@@ -86,7 +87,7 @@ def dual_cone_violation(u: FloatArray, mu: Friction) -> FloatArray:
     return np.maximum(np.where(np.isinf(mu), glued, _finite(mu) * u_t - u_n), 0.0)
 
 
-def bipotential(du: FloatArray, r: FloatArray, mu: Friction, tol: float = 0.0) -> FloatArray:
+def bipotential(du: Floats, r: Floats, mu: Friction, tol: float = 0.0) -> Floats:
     """b_c(-du, r) = mu r_n |du_t| if r is in K_mu and du_n >= 0, +inf otherwise (14), (…), energy units.
 
     ``tol`` is how far outside, in the units of r and of du, still counts as inside. 0 · inf counts as 0.
@@ -101,9 +102,7 @@ def bipotential(du: FloatArray, r: FloatArray, mu: Friction, tol: float = 0.0) -
     return np.where(admissible, value, np.inf)
 
 
-def friction_gap(
-    r: FloatArray, du_t: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0
-) -> FloatArray:
+def friction_gap(r: Floats, du_t: Floats, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> Floats:
     """s(r_n) |du_t| + r_t · du_t, (…), energy units: the tangential part of the gap, for |r_t| <= s >= 0.
 
     Without a cap mu = inf counts as 0.
@@ -112,7 +111,7 @@ def friction_gap(
     return s * norm(du_t) + np.vecdot(r[..., 1:], du_t)
 
 
-def bipotential_gap(du: FloatArray, r: FloatArray, mu: Friction) -> FloatArray:
+def bipotential_gap(du: Floats, r: Floats, mu: Friction) -> Floats:
     """Distance to the law, mu r_n |du_t| + r_n du_n + r_t · du_t, (…), energy units.
 
     It is b_c(-du, r) + du · r without the +inf of (14): never negative for r in K_mu and du_n >= 0, and then
@@ -124,23 +123,19 @@ def bipotential_gap(du: FloatArray, r: FloatArray, mu: Friction) -> FloatArray:
     return _finite(mu) * r[..., 0] * norm(du[..., 1:]) + np.sum(r * du, axis=-1)
 
 
-def incremental_bipotential(
-    du: FloatArray, dr: FloatArray, r0: FloatArray, mu: Friction, tol: float = 0.0
-) -> FloatArray:
+def incremental_bipotential(du: Floats, dr: Floats, r0: Floats, mu: Friction, tol: float = 0.0) -> Floats:
     """Δb_c(-du, dr) = b_c(-du, r0 + dr) + r0 · du (17), (…), energy units."""
     return bipotential(du, r0 + dr, mu, tol) + np.sum(r0 * du, axis=-1)
 
 
-def de_saxce_shift(u: FloatArray, mu: Friction) -> FloatArray:
+def de_saxce_shift(u: Floats, mu: Friction) -> Floats:
     """Shifted displacement u + mu |u_t| n, in the dual of K_mu exactly where u_n >= 0, (…, d) -> (…, d)."""
     shifted = np.array(u, dtype=np.float64)
     shifted[..., 0] += _finite(mu) * norm(shifted[..., 1:])
     return shifted
 
 
-def natural_map(
-    r: FloatArray, u: FloatArray, mu: Friction, rho: Friction, cap: Friction = np.inf, none: float = 0.0
-) -> FloatArray:
+def natural_map(r: Floats, u: Floats, mu: Friction, rho: Friction, cap: Friction = np.inf, none: float = 0.0) -> Floats:
     """Residual r - P_K(r - rho (u + mu |u_t| n)) of the law (12), zero exactly where it holds, (…, d).
 
     With a cap, r_n - (r_n - rho u_n)+ and r_t - P(r_t - rho u_t), P on the disc of radius s(r_n)+ (:func:`limit`).
@@ -157,9 +152,9 @@ def natural_map(
 
 
 def status(
-    r: FloatArray,
-    du: FloatArray,
-    gap: FloatArray | float,
+    r: Floats,
+    du: Floats,
+    gap: Floats | float,
     mu: Friction,
     force_tol: float,
     slip_tol: float,
@@ -183,7 +178,7 @@ def status(
     return np.select([opened, sliding, sticking], choices, np.int8(Status.UNDECIDED))
 
 
-def satisfies_law(du: FloatArray, r: FloatArray, mu: Friction, tol: float) -> BoolArray:
+def satisfies_law(du: Floats, r: Floats, mu: Friction, tol: float) -> Bools:
     """Whether r(du) follows (12), case by case on the force, (…); data of order one, ``tol`` absolute.
 
     Separating: r = 0 and du_n >= 0. Sticking: |r_t| <= mu r_n and du = 0. Sliding: |r_t| = mu r_n, du_n = 0
@@ -202,7 +197,7 @@ def satisfies_law(du: FloatArray, r: FloatArray, mu: Friction, tol: float) -> Bo
     return np.where(no_force, separating, (r_n > tol) & pushing)
 
 
-def satisfies_inverse_law(du: FloatArray, r: FloatArray, mu: Friction, tol: float) -> BoolArray:
+def satisfies_inverse_law(du: Floats, r: Floats, mu: Friction, tol: float) -> Bools:
     """Whether du(r) follows (13), case by case on the displacement, (…); data of order one, ``tol`` absolute.
 
     No contact: du_n > 0 and r = 0. Sticking: du = 0 and |r_t| <= mu r_n. Sliding: du_n = 0, du_t ≠ 0 and

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_positive
 from bipot.laws.table_file import two_columns
-from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 _WHY = "(softening makes the energy of an increment non-convex)"
 
@@ -28,11 +27,11 @@ _WHY = "(softening makes the energy of an increment non-convex)"
 class Hardening(Protocol):
     """A hardening curve; arrays in, arrays out, peeq >= 0."""
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y(p)."""
         ...
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H = dσ_Y/dp, the right-hand one at a kink."""
         ...
 
@@ -83,11 +82,11 @@ class Linear:
         _require_positive("sigma_y", self.sigma_y)
         _require_rising("modulus", self.modulus)
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y(p) = sigma_y + modulus p."""
         return self.sigma_y + self.modulus * np.asarray(peeq, float)
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H = modulus."""
         return np.full(np.shape(peeq), float(self.modulus))
 
@@ -123,12 +122,12 @@ class Voce:
         _require_positive("rate", self.rate)
         _require_rising("modulus", self.modulus)
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y(p) = sigma_y + saturation (1 - exp(-rate p)) + modulus p."""
         p = np.asarray(peeq, float)
         return self.sigma_y - self.saturation * np.expm1(-self.rate * p) + self.modulus * p
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H = saturation rate exp(-rate p) + modulus."""
         p = np.asarray(peeq, float)
         return self.saturation * self.rate * np.exp(-self.rate * p) + self.modulus
@@ -153,11 +152,11 @@ class Swift:
         require(0 <= self.exponent <= 1, "exponent", self.exponent, "in [0, 1]")
         _require_positive("sigma_y", float(self.yield_stress(0.0)))
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y(p) = strength (offset + p)^exponent."""
         return self.strength * (self.offset + np.asarray(peeq, float)) ** self.exponent
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H = exponent σ_Y(p)/(offset + p)."""
         p = np.asarray(peeq, float)
         return self.exponent * self.yield_stress(p) / (self.offset + p)
@@ -199,17 +198,17 @@ class Tabulated:
         return Tabulated(peeq, stress)
 
     @cached_property
-    def _knots(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _knots(self) -> tuple[Floats, Floats, Floats]:
         """Ends of the segments (the last one open), stresses at the points, slopes of the segments."""
         x, y = np.array(self.peeq), np.array(self.stress)
         return np.append(x, np.inf), y, np.append(np.diff(y) / np.diff(x), 0.0)
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y(p) by linear interpolation."""
         ends, stress, _ = self._knots
         return np.asarray(np.interp(np.asarray(peeq, float), ends[:-1], stress))
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H of the segment that starts at or before p."""
         ends, _, slopes = self._knots
         return slopes[np.maximum(np.searchsorted(ends, np.asarray(peeq, float), side="right") - 1, 0)]

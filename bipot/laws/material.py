@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import require_type
 from bipot.laws.von_mises import Elasticity, Returned, TangentKind
-from bipot.tensors import FloatArray
+from bipot.typing import Floats
 
 
 @runtime_checkable
@@ -28,23 +28,23 @@ class Material(Protocol):
     drifts: ClassVar[bool]
     """Whether an increment's stress may end outside the yield surface."""
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y (…) at the equivalent plastic strain; inf where nothing flows."""
         ...
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H = dσ_Y/dp (…) >= 0."""
         ...
 
-    def dissipation(self, plastic_strain: FloatArray, peeq: FloatArray) -> FloatArray:
+    def dissipation(self, plastic_strain: Floats, peeq: Floats) -> Floats:
         """σ_Y |e_p|_eq (…) at ``peeq``, the potential V of a plastic strain increment in (19)."""
         ...
 
-    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+    def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """Stress and plastic strain of an increment from the stress, turned to its end, and peeq of its start."""
         ...
 
-    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+    def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
         """C (…, s, s) or (s, s), symmetric and positive semidefinite, at an :meth:`update` from the same start."""
         ...
 
@@ -59,24 +59,24 @@ class Elastic:
     def __post_init__(self) -> None:
         require_type(self.elasticity, Elasticity, "material.elasticity")
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """Out of reach."""
         return np.full(np.shape(peeq), np.inf)
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """Zero."""
         return np.zeros(np.shape(peeq))
 
-    def dissipation(self, plastic_strain: FloatArray, peeq: FloatArray) -> FloatArray:
+    def dissipation(self, plastic_strain: Floats, peeq: Floats) -> Floats:
         """Zero: there is no plastic strain."""
         return np.zeros(peeq.shape)
 
-    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+    def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """R σ_n Rᵀ + C^e : de."""
         trial = rotated + strain @ self.elasticity.stiffness(strain.shape[-1])
         nothing = np.zeros(trial.shape)
         return Returned(trial, trial, nothing, nothing[..., 0], nothing, np.zeros(peeq.shape, dtype=bool))
 
-    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+    def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
         """C^e (s, s), of either kind."""
         return self.elasticity.stiffness(rotated.shape[-1])

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import require_positive
 from bipot.laws.projections import DiscSlope, project_disc
-from bipot.tensors import FloatArray
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Envelope:
     (…, d-1, d-1), a generalised one at kinks, symmetric positive semidefinite.
     """
 
-    value: FloatArray
-    gradient: FloatArray
-    hessian: FloatArray
+    value: Floats
+    gradient: Floats
+    hessian: Floats
 
 
 def default_penalty(young: float, edge: float, area: float) -> float:
@@ -56,7 +56,7 @@ def default_penalty(young: float, edge: float, area: float) -> float:
     return young * area / edge
 
 
-def normal_traction(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: ArrayLike) -> FloatArray:
+def normal_traction(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: ArrayLike) -> Floats:
     """t_n = max(0, t_n0 - K_n (max(g0, 0) + du_n)), from (27) and (29), (…).
 
     >>> normal_traction(np.array([-0.1, 0.1]), 0.05, 0.0, 100.0).round(12).tolist()
@@ -66,13 +66,11 @@ def normal_traction(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: Array
     return np.maximum(0.0, np.asarray(t_n0, float) - np.asarray(k_n, float) * room)
 
 
-def _trial(du_t: FloatArray, t_t0: FloatArray, k_t: ArrayLike) -> FloatArray:
+def _trial(du_t: Floats, t_t0: Floats, k_t: ArrayLike) -> Floats:
     return t_t0 - np.asarray(k_t, float)[..., None] * du_t
 
 
-def tangential_traction(
-    du_t: FloatArray, t_t0: FloatArray, threshold: FloatArray | float, k_t: ArrayLike
-) -> FloatArray:
+def tangential_traction(du_t: Floats, t_t0: Floats, threshold: Floats | float, k_t: ArrayLike) -> Floats:
     """t_t = projection of t_t0 - K_t du_t on the disc of radius ``threshold`` = mu t_n, (…, d-1).
 
     >>> tangential_traction(np.array([[0.1], [1.0]]), np.zeros((2, 1)), 2.0, 10.0).tolist()
@@ -88,7 +86,7 @@ def normal_potential(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: Arra
     return Envelope((t_n**2 - np.square(t_n0)) / (2.0 * k), -t_n, np.where(t_n > 0, k, 0.0))
 
 
-def tangential_potential(du_t: FloatArray, t_t0: FloatArray, threshold: FloatArray | float, k_t: ArrayLike) -> Envelope:
+def tangential_potential(du_t: Floats, t_t0: Floats, threshold: Floats | float, k_t: ArrayLike) -> Envelope:
     """b_t = Δb_t - t_t0 · du_t with x = t_t0 - K_t du_t and t_t its projection on the disc of radius s.
 
     Value (t_t · x - |t_t|²/2 - |t_t0|²/2)/K_t, gradient -t_t, Hessian K_t I where |x| <= s and

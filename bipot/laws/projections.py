@@ -11,16 +11,17 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.tensors import BoolArray, FloatArray, norm
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats
 
 
-def unit(t: FloatArray) -> FloatArray:
+def unit(t: Floats) -> Floats:
     """t/|t|, 0 where t = 0, (…, d-1) -> (…, d-1)."""
     length = norm(t)[..., None]
     return np.divide(t, length, out=np.zeros(t.shape), where=length > 0)
 
 
-def project_disc(t: FloatArray, radius: FloatArray | float) -> FloatArray:
+def project_disc(t: Floats, radius: Floats | float) -> Floats:
     """Nearest point of the disc |t| <= radius, (…, d-1) -> (…, d-1); radius >= 0, inf allowed.
 
     >>> project_disc(np.array([[3.0, 4.0]]), 1.0).round(12).tolist()
@@ -38,12 +39,12 @@ class DiscSlope:
     ``slides`` (…) tells where t is outside, ``direction`` (…, d-1) is e there, ``shrink`` (…) is s/|t| there.
     """
 
-    slides: BoolArray
-    direction: FloatArray
-    shrink: FloatArray
+    slides: Bools
+    direction: Floats
+    shrink: Floats
 
     @staticmethod
-    def at(t: FloatArray, radius: FloatArray | float) -> DiscSlope:
+    def at(t: Floats, radius: Floats | float) -> DiscSlope:
         """At t (…, d-1); a disc of radius 0 is a point, outside of which everything is, its centre too."""
         length = norm(t)
         slides = (length > radius) | (np.asarray(radius) == 0)
@@ -51,19 +52,19 @@ class DiscSlope:
         return DiscSlope(slides, unit(t), shrink)
 
     @cached_property
-    def by_point(self) -> FloatArray:
+    def by_point(self) -> Floats:
         """With respect to t, (…, d-1, d-1)."""
         one, e = np.eye(self.direction.shape[-1]), self.direction
         across = self.shrink[..., None, None] * (one - e[..., :, None] * e[..., None, :])
         return np.where(self.slides[..., None, None], across, one)
 
     @property
-    def by_radius(self) -> FloatArray:
+    def by_radius(self) -> Floats:
         """With respect to s, (…, d-1): e outside, 0 inside."""
         return np.where(self.slides[..., None], self.direction, 0.0)
 
 
-def project_cone(r: FloatArray, mu: FloatArray | float) -> FloatArray:
+def project_cone(r: Floats, mu: Floats | float) -> Floats:
     """Nearest point of K_mu (15), (…, d) -> (…, d); mu = inf: the half space r_n >= 0.
 
     r inside; 0 in the polar cone mu |r_t| <= -r_n; else n (1, mu r_t/|r_t|), n = (r_n + mu |r_t|)/(1 + mu²).
@@ -81,7 +82,7 @@ def project_cone(r: FloatArray, mu: FloatArray | float) -> FloatArray:
     return np.concatenate([normal[..., None], np.where(inside | glued, 1.0, shrink)[..., None] * r_t], axis=-1)
 
 
-def cone_slope(r: FloatArray, mu: FloatArray) -> FloatArray:
+def cone_slope(r: Floats, mu: Floats) -> Floats:
     """Derivative (c, d, d) of :func:`project_cone` at r (c, d) for finite mu (c,): I inside, 0 in the polar cone, else
 
     q q'/(1 + mu²) + mu n/|r_t| (I_t - e e'), q = (1, mu e), e = r_t/|r_t|.

@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from bipot.laws.projections import unit
 from bipot.laws.von_mises import Returned, TangentKind, VonMises, continuum_tangent, yield_function
-from bipot.tensors import BoolArray, FloatArray, deviator, equivalent_strain, norm
-from bipot.typing import einsum
+from bipot.tensors import deviator, equivalent_strain
+from bipot.typing import Bools, Floats, einsum
 
 ON_YIELD = 1e-9
 """A stress this near the yield surface, relative to it, counts as on it for (10)."""
@@ -21,23 +22,21 @@ class RateVonMises(VonMises):
 
     drifts: ClassVar[bool] = True
 
-    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+    def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """Stress by (4), and the plastic strain that follows from (5) and (6)."""
         C, plastic = self._rate(rotated, peeq)
         size = strain.shape[-1]
         change = einsum("...st,...t->...s", C, strain)
         e_p = strain - change @ self.elasticity.compliance(size)
         e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
-        length = norm(e_p)
-        direction = np.divide(e_p, length[..., None], out=np.zeros_like(e_p), where=length[..., None] > 0)
         trial = rotated + strain @ self.elasticity.stiffness(size)
-        return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), direction, plastic)
+        return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), unit(e_p), plastic)
 
-    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+    def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
         """C^ep (…, s, s) at the start of the increment, of either kind."""
         return self._rate(rotated, peeq)[0]
 
-    def _rate(self, stress: FloatArray, peeq: FloatArray) -> tuple[FloatArray, BoolArray]:
+    def _rate(self, stress: Floats, peeq: Floats) -> tuple[Floats, Bools]:
         """C^ep (…, s, s) of (10), and where it is plastic (…)."""
         sigma_y = self.yield_stress(peeq)
         plastic = yield_function(stress, sigma_y) >= -ON_YIELD * sigma_y

@@ -19,8 +19,6 @@ from numpy.typing import ArrayLike
 from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_type
 from bipot.laws.hardening import Hardening
 from bipot.tensors import (
-    BoolArray,
-    FloatArray,
     contract,
     deviator,
     deviatoric_projector,
@@ -30,7 +28,7 @@ from bipot.tensors import (
     norm,
     trace,
 )
-from bipot.typing import einsum, make_floats
+from bipot.typing import Bools, Floats, einsum, make_floats
 
 _MAX_ITERATIONS = 200
 """Far above what Newton safeguarded by bisection takes."""
@@ -47,7 +45,7 @@ class TangentKind(Enum):
 
 
 @cache
-def _isotropic(volumetric: float, deviatoric: float, size: int) -> FloatArray:
+def _isotropic(volumetric: float, deviatoric: float, size: int) -> Floats:
     """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s): asked for in every pass, so kept."""
     unit = identity(size)
     tensor = volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size)
@@ -82,11 +80,11 @@ class Elasticity:
         """G = E / (2 (1 + ν))."""
         return self.young / (2.0 * (1.0 + self.poisson))
 
-    def stiffness(self, size: int) -> FloatArray:
+    def stiffness(self, size: int) -> Floats:
         """C^e = K 1 ⊗ 1 + 2 G I_dev of (6), shape (s, s), read-only."""
         return _isotropic(self.bulk, 2.0 * self.shear, size)
 
-    def compliance(self, size: int) -> FloatArray:
+    def compliance(self, size: int) -> Floats:
         """Inverse of :meth:`stiffness`, 1 ⊗ 1 / (9 K) + I_dev / (2 G), shape (s, s), read-only."""
         return _isotropic(1.0 / (9.0 * self.bulk), 1.0 / (2.0 * self.shear), size)
 
@@ -100,20 +98,20 @@ class Returned:
     the trial stress is outside the yield surface.
     """
 
-    trial: FloatArray
-    stress: FloatArray
-    plastic_strain: FloatArray
-    dpeeq: FloatArray
-    direction: FloatArray
-    plastic: BoolArray
+    trial: Floats
+    stress: Floats
+    plastic_strain: Floats
+    dpeeq: Floats
+    direction: Floats
+    plastic: Bools
 
 
-def yield_function(sigma: FloatArray, sigma_y: FloatArray | float) -> FloatArray:
+def yield_function(sigma: Floats, sigma_y: Floats | float) -> Floats:
     """Yield function √(3/2) |dev σ| - σ_Y (7), (…, s) -> (…); admissible where <= 0."""
     return equivalent_stress(sigma) - sigma_y
 
 
-def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening: Hardening) -> FloatArray:
+def _plastic_multiplier(q: Floats, peeq: Floats, shear: float, hardening: Hardening) -> Floats:
     """Solve q - 3 G dp - σ_Y(p + dp) = 0 for dp >= 0, for points on or outside the yield surface, shape (…).
 
     Newton inside a bracket that every iterate shortens, bisection where Newton would leave it: the left side
@@ -139,7 +137,7 @@ def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening
     raise NotConverged("radial return did not settle; check that the yield stress never decreases with peeq.")
 
 
-def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasticity, hardening: Hardening) -> Returned:
+def radial_return(trial_stress: Floats, peeq: Floats, elasticity: Elasticity, hardening: Hardening) -> Returned:
     """Return trial stresses (…, s) to the yield surface of ``peeq`` (…), (7)-(9), backward Euler.
 
     Stress and moduli share one unit. Raises NotConverged if a trial stress is not finite.
@@ -166,7 +164,7 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
     return Returned(trial, stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
 
 
-def _moduli(bulk: float, deviatoric: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
+def _moduli(bulk: float, deviatoric: Floats, factor: Floats, N: Floats) -> Floats:
     """bulk 1 ⊗ 1 + deviatoric I_dev - factor N ⊗ N (…, s, s), with deviatoric and factor (…), N (…, s)."""
     size = N.shape[-1]
     # Of so few components a product by broadcasting takes longer.
@@ -177,9 +175,7 @@ def _moduli(bulk: float, deviatoric: FloatArray, factor: FloatArray, N: FloatArr
     return out
 
 
-def consistent_tangent(
-    returned: Returned, peeq: FloatArray, elasticity: Elasticity, hardening: Hardening
-) -> FloatArray:
+def consistent_tangent(returned: Returned, peeq: Floats, elasticity: Elasticity, hardening: Hardening) -> Floats:
     """Derivative of the returned stress with respect to the strain increment, (…, s, s), symmetric.
 
     K 1 ⊗ 1 + 2 G β I_dev - 2 G (β - H/(3 G + H)) N ⊗ N with β = q/q_tr and H at p + dp (``peeq`` is p, at the
@@ -195,8 +191,8 @@ def consistent_tangent(
 
 
 def continuum_tangent(
-    stress: FloatArray, peeq: FloatArray, plastic: BoolArray, elasticity: Elasticity, hardening: Hardening
-) -> FloatArray:
+    stress: Floats, peeq: Floats, plastic: Bools, elasticity: Elasticity, hardening: Hardening
+) -> Floats:
     """Rate tangent C^ep of (10) where ``plastic``, C^e elsewhere; (…, s, s), symmetric.
 
     C^ep = C^e - (C^e N)(C^e ∂f/∂σ)ᵀ / (∂f/∂σᵀ C^e N + √(2/3) H), N the unit normal and ∂f/∂σ = √(3/2) N; the
@@ -222,24 +218,24 @@ class VonMises:
         require_type(self.elasticity, Elasticity, "material.elasticity")
         require_type(self.hardening, Hardening, "material.hardening")
 
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+    def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y (…)."""
         return self.hardening.yield_stress(peeq)
 
-    def slope(self, peeq: ArrayLike) -> FloatArray:
+    def slope(self, peeq: ArrayLike) -> Floats:
         """H (…)."""
         return self.hardening.slope(peeq)
 
-    def dissipation(self, plastic_strain: FloatArray, peeq: FloatArray) -> FloatArray:
+    def dissipation(self, plastic_strain: Floats, peeq: Floats) -> Floats:
         """σ_Y |e_p|_eq (…)."""
         return self.yield_stress(peeq) * equivalent_strain(plastic_strain)
 
-    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+    def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """Radial return of R σ_n Rᵀ + C^e : de."""
         trial = rotated + contract(strain, self.elasticity.stiffness(strain.shape[-1]))
         return radial_return(trial, peeq, self.elasticity, self.hardening)
 
-    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+    def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
         """C (…, s, s): the derivative of the return, or (10) at its end."""
         if kind is TangentKind.CONSISTENT:
             return consistent_tangent(returned, peeq, self.elasticity, self.hardening)

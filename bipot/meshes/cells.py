@@ -107,18 +107,19 @@ def require_sides(**sides: float) -> None:
     require(lengths[long] <= most, long, lengths[long], allowed)
 
 
-def require_room(boxes: int, element: Element, field: str, value: int) -> None:
-    """Refuse a ``value`` of ``field`` that makes more ``boxes``, or parts of them, than memory has room for.
+def require_room(boxes: int, element: Element, counts: Mapping[str, int]) -> None:
+    """Refuse ``counts`` by name that make more ``boxes``, or parts of them, than memory has room for.
 
     Boxes are quadrilaterals and hexahedra.
 
     Raises:
-        SceneError: naming the field.
+        SceneError: naming the largest count.
     """
     # In a large mesh each has one corner of its own, and these mid-sides and centres, together with its parts.
     d = element.dimension
     own = 1 if not element.quadratic else 1 + d if element.shape.cube and not element.centred else 2**d
-    require_memory(own * boxes, field, value)
+    largest = max(counts, key=lambda name: counts[name])
+    require_memory(own * boxes, largest, counts[largest])
 
 
 def graded(start: float, end: float, count: int, ratio: float) -> Floats:

@@ -1,12 +1,14 @@
 """Meshes of scikit-fem and of files (through meshio) as arrays for a :class:`~bipot.meshes.mesh.Mesh`.
 
 Nodes that belong to no cell are dropped, and cells numbered as mirror images are reversed. Facets are the lines or
-faces that bound cells. Files that cannot give a mesh of one kind of element are refused in words.
+faces that bound cells. Files that cannot give a mesh of one kind of element are refused in words. Of Abaqus meshio
+knows fewer types of element than there are: those of one shape are mapped to one type.
 """
 
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from importlib.util import find_spec
@@ -16,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import SceneError, require, require_type
-from bipot.meshes.abaqus import plain_types
 from bipot.meshes.cells import MeshParts, used
 from bipot.meshes.elements import Element, elements_of, same_places
 from bipot.meshes.facets import Facets
@@ -35,6 +36,11 @@ TAGS = ("gmsh:physical", "medit:ref")
 
 FORMATS = {".msh": "gmsh"}
 """The format meant by file endings that meshio knows for several programs."""
+
+PLAIN = {"3": "S3", "4": "S4", "6": "STRI65", "8": "S8R"}
+"""Number of nodes of a plane element of Abaqus, and a type of that shape that meshio knows."""
+
+PLANE = re.compile(r"(?im)^(\*ELEMENT\b[^\n]*\bTYPE\s*=\s*)C(?:PE|PS|PEG|AX)([3468])[A-Z]*\b")
 
 FLAT = 1e-12
 
@@ -199,7 +205,9 @@ def _joined(facets: list[Ints]) -> Ints:
 def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mapping[str, Any]) -> MeshParts:
     """The mesh of cells (e, k), facets (f, n) by all of their nodes or their ends, and sets of nodes."""
     element = Element.of(cells.shape[1], points.shape[1])
-    cells = _anticlockwise(points, cells, element)
+    # Those with a negative area or volume are numbered as their mirror images.
+    inverted = _at_corners(points, cells, element).sum(axis=1) < 0
+    cells = np.where(inverted[:, None], cells[:, element.mirrored], cells)
     _require_order(points, cells, element)
     facets = Facets.of(cells, element)
     boundaries = {name: _with_middle(name, some, facets) for name, some in bounds.items()}
@@ -208,12 +216,6 @@ def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mappin
         if len(found):
             boundaries.setdefault(name, found)
     return used(MeshParts(points, cells, boundaries))
-
-
-def _anticlockwise(points: Floats, cells: Ints, element: Element) -> Ints:
-    """The cells, those with a negative area or volume numbered as their mirror images."""
-    inverted = _at_corners(points, cells, element).sum(axis=1) < 0
-    return np.where(inverted[:, None], cells[:, element.mirrored], cells)
 
 
 def _at_corners(points: Floats, cells: Ints, element: Element) -> Floats:
@@ -250,3 +252,20 @@ def _covered(members: Ints, facets: Facets) -> Ints:
     """The outer facets (f, n) between nodes of a set, none if they leave one out: then it is a set of another use."""
     found = facets.nodes[np.isin(facets.nodes, members).all(axis=1) & ~facets.shared]
     return found if np.isin(members, found).all() else found[:0]
+
+
+class Text(io.StringIO):
+    """The text of a file with its path, relative to which other files may be included."""
+
+    def __init__(self, text: str, path: Path) -> None:
+        super().__init__(text)
+        self.name = str(path)
+
+
+def plain_types(path: Path) -> Text:
+    """The file's text with types for plane strain, plane stress and revolution replaced by those of plain shapes.
+
+    They differ in mechanics only, which a mesh does not contain.
+    """
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return Text(PLANE.sub(lambda found: found[1] + PLAIN[found[2]], text), path)

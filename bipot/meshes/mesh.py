@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from bipot.basics.frozen import FrozenMap
 from bipot.errors import (
     LARGEST_LENGTH,
     require,
@@ -26,7 +25,7 @@ from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
-from bipot.typing import Bools, Floats, Ints, as_array, max_abs, read_only
+from bipot.typing import Bools, Floats, FrozenMap, Ints, as_array, max_abs, read_only
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require, require_count, require_number, require_positive, require_type
-from bipot.meshes.boxes import fanned_box
 from bipot.meshes.cells import converted, graded, require_room, require_sides
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
-from bipot.meshes.layout import Layout, rectangle, require_layout_room
+from bipot.meshes.layout import Layout, fanned_box, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
 Gradings = tuple[float, ...]
@@ -92,8 +91,7 @@ def cylinder_3d(
         require_type(value, bool, name)
     _require_solid(element, grading, 2)
     a_quarter = n_square * (n_square + 2 * n_r) * n_z
-    largest = max(counts, key=lambda name: counts[name])
-    require_room(a_quarter * (1 if quarter else 4), element, largest, counts[largest])
+    require_room(a_quarter * (1 if quarter else 4), element, counts)
     arcs = curved and element.quadratic
     outer = float(radius) * (1.0 if inscribed else _widened(2 * n_square, arcs))
     flat = disc(outer, n_square, graded(0.0, 1.0, n_r, grading[0]), quarter, FLAT[element.shape])
@@ -134,8 +132,7 @@ def ring_3d(
     for name, value in {"curved": curved, "inscribed": inscribed}.items():
         require_type(value, bool, name)
     _require_solid(element, grading, 2)
-    largest = max(counts, key=lambda name: counts[name])
-    require_room(n_around * n_r * n_z, element, largest, counts[largest])
+    require_room(n_around * n_r * n_z, element, counts)
     arcs = curved and element.quadratic
     wider = 1.0 if inscribed else _widened(n_around, arcs)
     bore, side = float(inner) * wider, float(outer) * wider

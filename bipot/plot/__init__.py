@@ -5,10 +5,8 @@ the others arrays. matplotlib is needed only when one of them is called.
 """
 
 from bipot.plot.animation import animate
-from bipot.plot.bodies import body
-from bipot.plot.contours import contour, tools
+from bipot.plot.contours import body, contact_traction, contour, tools
 from bipot.plot.lines import boundary, curved, force_stroke, mesh, traction_profile, vectors
-from bipot.plot.surface import contact_traction
 
 __all__ = [
     "animate",

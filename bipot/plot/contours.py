@@ -1,4 +1,7 @@
-"""A field of a run in colours on the deformed body, with its tools."""
+"""Fields in colours on the deformed body: of a run, with its tools, or of an accepted increment, element by element.
+
+Contact tractions of a run are drawn along the surface of the deformed body.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +10,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.errors import require, require_number
+from bipot.control.accepted import Accepted
+from bipot.errors import require, require_count, require_number, require_type
 from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
 from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
-from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit_of
+from bipot.results.fields import NO_CANDIDATE
+from bipot.results.names import AXES, FIELDS, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, as_numbers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.collections import LineCollection, TriMesh
+    from matplotlib.collections import LineCollection, PolyCollection, TriMesh
+    from matplotlib.lines import Line2D
 
 PIECES = 4
 """Pieces into which the side of an element is divided, for curved sides and fields."""
@@ -100,11 +107,6 @@ def _label(result: History, field: str) -> str:
     return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
 
 
-def _axis_labels(result: History) -> tuple[str, ...]:
-    """Names of the coordinates, with the unit of length."""
-    return tuple(f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
-
-
 def require_plane(result: History) -> None:
     """Refuse anything but an opened run of a plane body.
 
@@ -138,7 +140,8 @@ def nodal_values(snapshot: Snapshot, field: str) -> Floats:
     """The drawn values of a field at the nodes (a,); raises SceneError as :func:`contour`."""
     base, part = split(Place.NODES, field, snapshot.geometry)
     known = FIELDS[Place.NODES][base]
-    require(_everywhere(known), "field", field, "one of the whole body; contact_traction() draws those of candidates")
+    everywhere = known.finite and known.quantity is not Quantity.STATUS
+    require(everywhere, "field", field, "one of the whole body; contact_traction() draws those of candidates")
     whole = known.rank is Rank.TENSOR and not part
     require(not whole, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}" if whole else "")
     values = snapshot.nodal(field)
@@ -154,15 +157,105 @@ def _require_limits(limits: object) -> None:
     require(-np.inf < low <= high < np.inf, "limits", limits, "finite and in rising order")
 
 
-def _everywhere(field: Field) -> bool:
-    """Whether it has a value at every node."""
-    return field.finite and field.quantity is not Quantity.STATUS
-
-
 def frame(axes: Axes, result: History, nodes: Floats) -> None:
     """Set the limits of the axes by the body's ``nodes`` (a, d) alone, because tools may be infinite."""
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    across, up = _axis_labels(result)
+    across, up = (f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
     axes.set(xlabel=across, ylabel=up)
+
+
+def body(
+    accepted: Accepted, values: Floats, ax: Axes | None = None, label: str = "", shrink: float = 1.0, **style: Any
+) -> PolyCollection:
+    """Draw the deformed plane elements with straight edges, coloured by their ``values`` (e,).
+
+    With a ``label`` there is a colour bar, whose size over that of the axes is ``shrink``. ``style`` is matplotlib's.
+
+    Raises:
+        SceneError: no increment, a body in space, values that are not one an element.
+    """
+    from matplotlib.collections import PolyCollection
+
+    require_type(accepted, Accepted, "accepted")
+    values, mesh = as_numbers(values, "values"), accepted.scene.mesh
+    require(mesh.dimension == 2, "mesh.dimension", mesh.dimension, "2: use pyvista in space")
+    require(values.shape == mesh.elements.shape[:1], "values", f"shape {values.shape}", "one number an element")
+    corners = accepted.state.nodes[mesh.elements[:, : mesh.element.corners]]
+    axes = axes_of(ax)
+    faces = PolyCollection(list(corners), array=values, **{"edgecolor": "0.6", "lw": 0.4, **style})
+    axes.add_collection(faces)
+    axes.autoscale_view()
+    if label:
+        axes.figure.colorbar(faces, ax=axes, label=label, shrink=shrink)
+    return faces
+
+
+def contact_traction(
+    result: History, at: float | None = None, ax: Axes | None = None, *, tool: int = 0, by: str | None = None
+) -> tuple[Line2D, Line2D]:
+    """Draw pressure and shear at the candidates of a tool over the arc of the body's surface, as (pressure, shear).
+
+    ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
+    boundaries that may touch the tool, from the end that is nearer to the axis or farther to the left. Shear is
+    positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction, and the
+    lines end there. Where no edge is on it, as with a single node in contact, the picture says so. A node that two
+    tools share has the traction of the one that pushes harder.
+
+    Raises:
+        SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
+    """
+    require_plane(result)
+    count = len(result.scene["tools"])
+    require_count(tool, "tool", 0)
+    require(tool < count, "tool", tool, f"in [0, {count}), the run's tools")
+    snapshot, axes = result.at(at, by), axes_of(ax)
+    nodes, known = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE
+    names = result.scene["tools"][tool]["candidates"]
+    paths = [path[known[path]] for path in chains(result.mesh, names, nodes)]
+    arcs = _arcs(paths, nodes)
+    drawn = []
+    for name, style in (("contact_pressure", "o-"), ("contact_shear", "s--")):
+        values = snapshot.nodal(name)
+        # A NaN between two parts of the surface keeps a line from leading from one to the other.
+        x = np.concatenate([np.append(arc, np.nan) for arc in arcs])
+        y = np.concatenate([np.append(values[path], np.nan) for path in paths])
+        (line,) = axes.plot(x, y, style, ms=3, lw=1.2, label=name.removeprefix("contact_"))
+        drawn.append(line)
+    if not np.isfinite(drawn[0].get_ydata()).any():
+        axes.text(0.5, 0.6, "no edge of the surface is in contact", ha="center", transform=axes.transAxes)
+    length, stress = (unit_of(quantity, result.units) for quantity in (Quantity.LENGTH, Quantity.STRESS))
+    axes.set(xlabel=f"arc along the surface ({length})", ylabel=f"traction ({stress})", title=moment(result, snapshot))
+    axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
+    axes.legend()
+    return drawn[0], drawn[1]
+
+
+def chains(mesh: Mesh, names: list[str], nodes: Floats) -> list[Ints]:
+    """Nodes in order along the boundaries of those names: one array for each connected part.
+
+    Each begins at its end with the smaller first coordinate; a closed one begins anywhere.
+    """
+    edges = np.unique(np.concatenate([mesh.surface(name)[0] for name in names]), axis=0)
+    ahead = {int(edge[0]): edge for edge in edges}
+    begins = sorted(set(ahead) - set(edges[:, -1].tolist())) or sorted(ahead)[:1]
+    found = []
+    for begin in begins:
+        path, node = [begin], begin
+        while node in ahead:
+            edge = ahead.pop(node)
+            path += edge[1:].tolist()
+            node = int(edge[-1])
+        found.append(np.array(path if nodes[path[0], 0] <= nodes[path[-1], 0] else path[::-1]))
+    return found
+
+
+def _arcs(paths: list[Ints], nodes: Floats) -> list[Floats]:
+    """Arcs (p,) of the nodes of every path, each from where the last one ended."""
+    arcs, begin = [], 0.0
+    for path in paths:
+        steps = np.linalg.norm(np.diff(nodes[path], axis=0), axis=1)
+        arcs.append(begin + np.concatenate([[0.0], np.cumsum(steps)]))
+        begin = float(arcs[-1][-1])
+    return arcs

@@ -6,6 +6,16 @@ r"""The increment as a quadratic energy with exact contact at a frozen threshold
 The proximal-Newton model of (21)-(25): K from C^ep at the current iterate, f the load that makes the model's
 stationarity the increment's equilibrium. :meth:`TangentProgram.statement` is the readable cvxpy form;
 :meth:`TangentProgram.conic` has the same data for a solver. A test holds the two equal.
+
+Interior points stall where strict complementarity fails (the axis node of a quadratic mesh carries no force and no
+gap). The natural map of the same program has no such trouble once the right pieces are chosen:
+
+    K dU - f - G' r = 0,   r_n = (r_n - rho gap)+,   r_t = projection of (r_t - rho slip) on the disc of radius s,
+
+with s frozen (or De Saxce's shift, :meth:`bipot.programs.pieces.Mapped.shifted_cone`), or s = mu (r_n)+ for exact
+Coulomb friction on the same quadratic model (then unsymmetric, and only a step of the fixed point on s: the result
+counts only if it is exact). :func:`polish` and :func:`couple` solve them by semismooth Newton
+(:func:`bipot.programs.newton.minimised`), from an interior-point answer or from any other.
 """
 
 from __future__ import annotations
@@ -18,6 +28,9 @@ import scipy.sparse as sp
 from bipot.conic.problem import ConicProgram, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.programs.data import Block, ContactRows, Units
+from bipot.programs.frames import SOFTENED, Frames
+from bipot.programs.newton import EXACT, Model, minimised
+from bipot.programs.pieces import Law, Mapped, Pieces
 from bipot.programs.terms import ContactTerms
 from bipot.typing import Floats
 
@@ -57,10 +70,10 @@ class TangentProgram:
         import cvxpy as cp
 
         dU = cp.Variable(len(self.f), name=Block.DISPLACEMENT)
-        contact = self.contact.statement(dU)
+        cost, blocks, constraints = self.contact.statement(dU)
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
-        problem = cp.Problem(cp.Minimize(energy + contact.cost), list(contact.constraints.values()))
-        return Stated(problem, contact.blocks, contact.constraints)
+        problem = cp.Problem(cp.Minimize(energy + cost), list(constraints.values()))
+        return Stated(problem, blocks, constraints)
 
 
 def padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
@@ -72,3 +85,32 @@ def padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
     n = len(K)
     ends = np.minimum(np.arange(size + 1), n) * n
     return sp.csc_matrix((K.ravel(order="F"), np.tile(np.arange(n), n), ends), shape=(size, size))
+
+
+def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats]:
+    """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
+    terms, scale = program.contact, _scale(program)
+
+    def at(motion: Floats, r: Floats) -> Law:
+        if terms.shift is not None:
+            return Mapped.shifted_cone(terms.rows, motion, r, scale, terms.shift)
+        return Pieces.of(terms.rows, motion, r, scale, threshold=terms.threshold)
+
+    best = minimised(_model(program), at, x, r, frames)
+    return best.x, best.r
+
+
+def couple(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats] | None:
+    """Exact Coulomb on the program's quadratic model, from (x, r); None when Newton does not reach it."""
+    rows, scale = program.contact.rows, _scale(program)
+    best = minimised(_model(program), lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, frames)
+    return (best.x, best.r) if best.error <= EXACT else None
+
+
+def _model(program: TangentProgram) -> Model:
+    return Model(program.K, program.f, program.contact.rows)
+
+
+def _scale(program: TangentProgram) -> Floats:
+    """What balances force against motion at each contact (c,): the mean stiffness, softened."""
+    return np.full(program.contact.rows.count, SOFTENED * float(program.K.diagonal().mean()))

@@ -136,7 +136,7 @@ class DissipationProgram:
 
         m = self.model
         dU = cp.Variable(len(self.force), name=Block.DISPLACEMENT)
-        contact = self.contact.statement(dU)
+        sliding, blocks, constraints = self.contact.statement(dU)
         volume_change = m.volumetric @ dU + m.trace_0
         deviator = cp.reshape(m.deviatoric @ dU, m.stress.shape, order="C") + m.deviator_0
         d = cp.Variable(m.stress.shape, name=Block.ELASTIC_DEVIATOR) if m.flows else deviator
@@ -149,7 +149,7 @@ class DissipationProgram:
         )
         if self.spring is not None:
             stored += cp.sum_squares(cp.multiply(np.sqrt(self.spring), dU)) / 2
-        cost, blocks, constraints = stored - self.force @ dU + contact.cost, contact.blocks, contact.constraints
+        cost = stored - self.force @ dU + sliding
         if m.flows:
             t = cp.Variable(len(m.weight), name=Block.PLASTIC_NORM)
             cost += ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))

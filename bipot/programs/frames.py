@@ -172,7 +172,9 @@ class Border:
     def factorise(self, data: Floats, law: Law, solver: LinearSolver) -> Factor:
         """Factors with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
         G, unit = self.touched.column, law.scale[self.contact] / SOFTENED
-        by_motion, by_force = law.by_motion[self.contact], self._yielding(law) * unit[:, None, None]
+        by_motion, by_force = law.by_motion[self.contact], law.by_force[self.contact]
+        # With a compliance where the law does not depend on the force.
+        by_force = (by_force + YIELDING * np.eye(by_force.shape[1]) * (by_force == 0)) * unit[:, None, None]
         acting, moved = -unit[self.number, None] * G, times(by_motion[self.number], G)
         beside = [data, acting.ravel(), moved.ravel(), by_force.ravel()]
         return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1], solver)
@@ -188,11 +190,6 @@ class Border:
         found = self.pattern.solve(factor, np.concatenate([b, -miss[mine].ravel()]))
         change = found[len(b) :].reshape(len(mine), -1) * (law.scale[mine, None] / SOFTENED)
         return found[: len(b)], r[mine] + change
-
-    def _yielding(self, law: Law) -> Floats:
-        """The law by force (b, d, d), with a compliance where it does not depend on it."""
-        by_force = law.by_force[self.contact]
-        return by_force + YIELDING * np.eye(by_force.shape[1]) * (by_force == 0)
 
 
 def _completed(T: Floats) -> Floats:

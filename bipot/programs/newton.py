@@ -29,7 +29,7 @@ from bipot.programs.factors import DEFAULT, Factor, LinearSolver
 from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import L, Law
-from bipot.typing import Floats, Ints, einsum, max_abs, times
+from bipot.typing import Floats, einsum, max_abs, times
 
 ITERATIONS = 12
 """Most steps of one minimisation."""
@@ -81,7 +81,7 @@ class Linearised(Generic[L]):
         else:
             dx, beside = border.solve(self.factor, b[:-1], pieces, miss, r)
         moved = self.product * dx[frames.column]
-        change = np.stack([_sums(frames.owner, row, len(r)) for row in moved], axis=1)
+        change = np.stack([np.bincount(frames.owner, row, len(r)) for row in moved], axis=1)
         b[:-1] = residual
         new = times(frames.dual, b[frames.own] * (frames.own < len(dx)) + change)
         if border is not None:
@@ -146,7 +146,3 @@ def minimised(
         # Where there is no force, what is left of it is the round-off of its row.
         x, r = x + dx, np.where(last.pieces.none, 0.0, r)
     return best._replace(factors=factors)
-
-
-def _sums(owner: Ints, values: Floats, count: int) -> Floats:
-    return np.asarray(np.bincount(owner, values, minlength=count), dtype=np.float64)

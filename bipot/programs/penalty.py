@@ -17,10 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables, picking
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables
 from bipot.conic.through_cvxpy import Stated
-from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
-from bipot.laws.projections import project_disc
+from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential, tangential_traction
 from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
@@ -83,7 +82,7 @@ class PenaltyTerms:
         du, f = self.motion(x), self.rows.frictional
         r = np.zeros_like(du)
         r[:, 0] = normal_traction(du[:, 0], self.start_gap, self.t_0[:, 0], self.k_n)
-        r[f, 1:] = project_disc(self.t_0[f, 1:] - self.k_t[:, None] * du[f, 1:], threshold)
+        r[f, 1:] = tangential_traction(du[f, 1:], self.t_0[f, 1:], threshold, self.k_t)
         return r
 
     def scaled(self, units: Units) -> PenaltyTerms:
@@ -133,14 +132,10 @@ class PenaltyProgram:
 
     def hessian(self, x: Floats) -> sp.csc_matrix:
         """K + G_n' D_n G_n + G_t' D_t G_t with the generalised Hessians D of the envelopes."""
-        du = self.contact.motion(x)
-        return self.stiffened(self.contact.normal(du).hessian, self.contact.tangential(du).hessian)
-
-    def stiffened(self, D_n: Floats, D_t: Floats) -> sp.csc_matrix:
-        """K + G_n' D_n G_n + G_t' D_t G_t for contact stiffnesses (c,) and (f, d-1, d-1)."""
-        rows = self.contact.rows
-        normal = rows.G_n.T @ _weighted(rows.G_n, D_n[:, None, None])
-        return sp.csc_matrix(self.K + (normal + rows.G_t.T @ _weighted(rows.G_t, D_t)))
+        du, rows = self.contact.motion(x), self.contact.rows
+        normal = rows.G_n.T @ _weighted(rows.G_n, self.contact.normal(du).hessian[:, None, None])
+        tangential = rows.G_t.T @ _weighted(rows.G_t, self.contact.tangential(du).hessian)
+        return sp.csc_matrix(self.K + (normal + tangential))
 
     def condition(self, x: Floats) -> float:
         """Estimate of the Hessian's condition number in the 1-norm (Higham and Tisseur's estimator)."""
@@ -171,13 +166,12 @@ class PenaltyProgram:
         q = B.T @ (k * w - t_0)
         q[:gaps] -= self.f
         q[bounds:] = terms.threshold
-        closed = picking(np.arange(gaps, slips), variables.size)
+        one = sp.csr_matrix(sp.eye_array(variables.size))
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
-        cones = picking(order.ravel(), variables.size)
         room = np.maximum(terms.start_gap, 0.0)
         rows = (
-            Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, closed, room),
-            Rows(Term.FRICTION, Cone.SECOND_ORDER, cones, np.zeros(order.size), width + 1),
+            Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, one[gaps:slips], room),
+            Rows(Term.FRICTION, Cone.SECOND_ORDER, one[order.ravel()], np.zeros(order.size), width + 1),
         )
         return ConicProgram(P, q, rows, variables.blocks)
 

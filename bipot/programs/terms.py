@@ -17,7 +17,7 @@ one, whose sliding opens the contact.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,14 +28,6 @@ from bipot.typing import Bools, Floats, Ints
 
 if TYPE_CHECKING:
     import cvxpy as cp
-
-
-class ContactStatement(NamedTuple):
-    """The contact part of a stated program: its cost, its variables and its constraints, by the conic form's names."""
-
-    cost: Any
-    blocks: dict[str, cp.Expression]
-    constraints: dict[str, cp.Constraint]
 
 
 @dataclass(frozen=True)
@@ -132,8 +124,8 @@ class ContactTerms:
         r[contact, 1:] = rows.mu[contact, None] * cone[:, 1:]
         return r
 
-    def statement(self, dU: cp.Variable) -> ContactStatement:
-        """The same terms stated in cvxpy on the displacement variable ``dU``.
+    def statement(self, dU: cp.Variable) -> tuple[Any, dict[str, cp.Expression], dict[str, cp.Constraint]]:
+        """The same terms in cvxpy on the displacement ``dU``: cost, variables, constraints by the conic form's names.
 
         Cost s' t, G_n dU + g >= 0, (t_c, G_t,c dU + w_c) in the second-order cone, ties as equalities; or, with the
         shift frozen, (G_n,c dU + g_c + shift_c, mu G_t,c dU + mu w_c) in it and no cost.
@@ -160,7 +152,7 @@ class ContactTerms:
         if gap.size:
             motion = cp.reshape(tangent @ dU, slip.shape, order="C") + slip
             constraints[Term.COULOMB] = cp.SOC(normal @ dU + gap, motion, axis=1)
-        return ContactStatement(cost, blocks, constraints)
+        return cost, blocks, constraints
 
 
 def norm_rows(

@@ -27,7 +27,7 @@ from bipot.results.snapshot import Snapshot
 from bipot.results.static import FORMAT
 from bipot.results.stored import Run, Told, read
 from bipot.results.table import columns
-from bipot.results.tools_file import write_tools
+from bipot.results.vtkhdf import write_tools
 from bipot.typing import Floats
 
 FIELDS, TOOLS, OLD = "run.vtkhdf", "tools.vtkhdf", "run.h5"

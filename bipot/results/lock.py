@@ -6,13 +6,12 @@ import errno
 import json
 import os
 import socket
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 from bipot.errors import ResultsError
 
@@ -25,9 +24,9 @@ _NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
 """The target of a link would be overwritten, and opening a pipe would block."""
 
 
-@dataclass
-class Lock:
-    """Holds ``folder`` for this process as a context manager.
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Hold ``folder`` for this process as long as the block runs.
 
     The system's own lock on the file tells whether an owner on this host still lives, even if its number was reused;
     the lock of a dead one is taken over. Nothing is known of an owner on another host, so its lock stays until it is
@@ -37,52 +36,39 @@ class Lock:
         ResultsError: another process writes there, or may; the message names its host and number.
         OSError: the lock cannot be written.
     """
-
-    folder: Path
-    _descriptor: int = -1
-    _process: int = -1
-
-    @property
-    def path(self) -> Path:
-        """Of the file."""
-        return self.folder / NAME
-
-    def __enter__(self) -> Self:
-        while True:
-            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
-            try:
-                if self._taken(descriptor):
-                    self._descriptor, self._process = descriptor, os.getpid()
-                    return self
-            except BaseException:
-                os.close(descriptor)
-                raise
-            # The last owner deleted it between the two steps.
-            os.close(descriptor)
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    path, process = folder / NAME, os.getpid()
+    while (descriptor := _taken(path)) is None:
+        pass
+    try:
+        yield
+    finally:
         # Deleted while it is held: whoever waits for it then finds another file under its name. Not by a copy of the
         # process that holds it.
         with suppress(OSError):
-            if self._process == os.getpid() and os.path.samestat(os.stat(self.path), os.fstat(self._descriptor)):
-                self.path.unlink()
-        os.close(self._descriptor)
+            if process == os.getpid() and os.path.samestat(os.stat(path), os.fstat(descriptor)):
+                path.unlink()
+        os.close(descriptor)
 
-    def _taken(self, descriptor: int) -> bool:
-        """Whether the file still has its name once this process owns it; raises where another process has it."""
+
+def _taken(path: Path) -> int | None:
+    """The open file of that path, owned by this process; None where the last owner has just deleted it."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
+    try:
         owner = _owner(os.read(descriptor, LONGEST))
         alive = not _held(descriptor)
         if alive or (owner and owner.get("host") != socket.gethostname()):
-            raise ResultsError(f"{self.folder}: {_said(owner, self.path, alive=alive)}")
+            raise ResultsError(f"{path.parent}: {_said(owner, path, alive=alive)}")
         with suppress(FileNotFoundError):
-            if os.path.samestat(os.stat(self.path), os.fstat(descriptor)):
+            if os.path.samestat(os.stat(path), os.fstat(descriptor)):
                 os.ftruncate(descriptor, 0)
                 os.lseek(descriptor, 0, os.SEEK_SET)
                 os.write(descriptor, json.dumps({"host": socket.gethostname(), "process": os.getpid()}).encode())
-                return True
-        return False
+                return descriptor
+    except BaseException:
+        os.close(descriptor)
+        raise
+    os.close(descriptor)
+    return None
 
 
 def _owner(text: bytes) -> dict[str, Any]:

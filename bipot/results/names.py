@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from bipot.errors import require, require_type
-from bipot.fem.components import NAMES
-from bipot.fem.reduction import Geometry
+from bipot.fem.reduction import NAMES, Geometry
 
 
 class Place(StrEnum):

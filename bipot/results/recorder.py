@@ -23,12 +23,11 @@ from bipot.hdf5.journal import creating, writing
 from bipot.response import State
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
-from bipot.results.description import Parameters, describe
+from bipot.results.description import Parameters, as_json, describe, require_json, same_mesh, same_scene, same_state
 from bipot.results.fields import StoredStep
 from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
-from bipot.results.lock import Lock
-from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
+from bipot.results.lock import locked
 from bipot.results.static import FORMAT
 from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
@@ -117,7 +116,7 @@ class Recorder:
         with ExitStack() as opened:
             with undisturbed(), self._written("nothing is recorded"):
                 self.folder.mkdir(parents=True, exist_ok=True)
-                opened.enter_context(Lock(self.folder))
+                opened.enter_context(locked(self.folder))
                 known = self._known()
                 self._begin(opened) if known is None else self._go_on(opened, known)
                 self._committed, self._since = self._course, time.monotonic()

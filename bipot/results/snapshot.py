@@ -8,11 +8,10 @@ from typing import Any
 from numpy.typing import NDArray
 
 from bipot.control.course import Course
-from bipot.fem.components import Components
-from bipot.fem.reduction import Geometry
+from bipot.fem.reduction import Components, Geometry
 from bipot.response import State
-from bipot.results.drawn import Line
 from bipot.results.names import FIELDS, Place, Rank, component_names, split
+from bipot.results.static import Line
 from bipot.results.stored import Told
 from bipot.typing import Floats
 
@@ -53,7 +52,7 @@ class Snapshot:
     def nodal(self, name: str) -> NDArray[Any]:
         """Field of the nodes: (a,), a vector (a, 3) or a tensor (a, 6); NaN (status: -1) off the candidates.
 
-        Stress, plastic strain and derived fields are averages (:mod:`bipot.results.nodal`).
+        Stress, plastic strain and derived fields are averages (:mod:`bipot.results.fields`).
         """
         return self._field(Place.NODES, name)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,13 @@ from numpy.typing import ArrayLike
 from bipot.laws.coulomb import CARRIES, Status
 from bipot.meshes.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
-from bipot.results.drawn import Lines
 from bipot.results.fields import NO_CANDIDATE
 from bipot.results.names import described
+from bipot.scene.scene import Scene
 from bipot.system import System
+from bipot.tools.poses import rotation
 from bipot.traction import SLIP_TOLERANCE
-from bipot.typing import Ints
+from bipot.typing import Floats, Ints
 
 # h5py types every item as group, dataset or datatype alike.
 Item = Any
@@ -28,6 +30,54 @@ VERSIONS = ("earliest", "v110")
 FORMAT = 2
 """Version of the layout, raised where an older reader would misread it. Format 1 had no averages at nodes and no
 tools."""
+
+REACH = 1.25
+"""Distance from the middle of the body at rest, over its size, to which a plane is drawn."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line through ``points`` (p, d) of the tool of that number, which in a plane is on its right."""
+
+    tool: int
+    points: Floats
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines at rest: ``points`` (p, d), the beginnings of the lines and the end of the last (l + 1,), their tools (l,).
+
+    A line is stored at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), with C
+    the centre about which the tool turns, of the ``centres`` (k, d) (:mod:`bipot.tools.poses`). Infinite straight tools
+    are drawn near the body. In space a plane is drawn by an outline, a surface of revolution by meridians and circles.
+    """
+
+    points: Floats
+    starts: Ints
+    tool: Ints
+    centres: Floats
+
+    @staticmethod
+    def of(scene: Scene) -> Lines:
+        """Those of a scene's tools."""
+        nodes, d = scene.mesh.nodes, scene.mesh.dimension
+        middle, reach = (nodes.min(axis=0) + nodes.max(axis=0)) / 2, REACH * scene.mesh.size
+        found = [(k, line) for k, tool in enumerate(scene.tools) for line in tool.face.lines(middle, reach)]
+        centres = [(0.0,) * d if tool.turn is None else tool.turn.centre for tool in scene.tools]
+        return Lines(
+            np.concatenate([np.empty((0, d)), *(line for _, line in found)]),
+            np.cumsum([0, *(len(line) for _, line in found)]),
+            np.array([k for k, _ in found], dtype=np.intp),
+            np.array(centres).reshape(-1, d),
+        )
+
+    def at(self, poses: Floats) -> list[Line]:
+        """The lines where the tools are in the ``poses`` (k, p)."""
+        lines, d = [], self.centres.shape[1]
+        for k, first, last in zip(self.tool.tolist(), self.starts[:-1], self.starts[1:], strict=True):
+            out = self.points[first:last] - self.centres[k]
+            lines.append(Line(k, self.centres[k] + poses[k, :d] + out @ rotation(poses[k, d:]).T))
+        return lines
 
 
 def write_static(out: Item, system: System, parameters: Parameters, units: Mapping[str, str]) -> None:

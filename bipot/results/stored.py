@@ -21,9 +21,8 @@ from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
-from bipot.results.drawn import Line, Lines
 from bipot.results.names import FIELDS, FORMER, GROUPS, Place
-from bipot.results.static import FORMAT
+from bipot.results.static import FORMAT, Line, Lines
 from bipot.tensors import components
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats

@@ -2,36 +2,46 @@
 
 ``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is where the march
 starts, the body at rest as a rule, step k = accepted increment k: points and vectors padded to three components, nodal
-fields (:mod:`bipot.results.names`, :mod:`bipot.results.nodal`), and cell averages weighted by volume (symmetric tensors
-in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest, full
-integration-point arrays and all else that a resumed march needs, step by step, the lines and poses of tools, the text
-of ``history.csv``, and in ``about`` the parameters, units, versions, and names of all fields.
+fields (:mod:`bipot.results.names`, :mod:`bipot.results.fields`), and cell averages weighted by volume (symmetric
+tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest,
+full integration-point arrays and all else that a resumed march needs, step by step, the lines and poses of tools, the
+text of ``history.csv``, and in ``about`` the parameters, units, versions, and names of all fields.
 
 Everything is appended with a checksum per chunk (HDF5's Fletcher filter), counted, then committed
 (:mod:`bipot.hdf5.journal`): steps within the count ``NSteps`` are complete. Steps that are committed together are
 written together, because the cost is that of calls.
+
+The file ``tools.vtkhdf`` beside it has the run's tools as lines that move. It is a second file, because readers of
+steps accept one grid of one kind. It contains nothing that the run's file does not: it is written when recording ends,
+and again on request.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bipot.basics.replacing import replace
 from bipot.errors import ResultsError
 from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
 from bipot.results.description import Parameters
-from bipot.results.fields import StoredStep, cell_fields, in_space, point_fields, step_fields, together
+from bipot.results.fields import Averaging, StoredStep, cell_fields, in_space, point_fields, step_fields, together
 from bipot.results.names import FIELDS, GROUPS
-from bipot.results.nodal import Averaging
-from bipot.results.static import VERSIONS, Item, as_bytes, write_static
+from bipot.results.static import VERSIONS, Item, Line, as_bytes, store, write_cells, write_static
 from bipot.system import System
+from bipot.typing import Floats
 
 if TYPE_CHECKING:
     import h5py
+
+POLY_LINE = 4
+"""VTK's number of a line through points."""
 
 HISTORY = "bipot/history"
 
@@ -103,7 +113,7 @@ class RunFile:
         """
         count, cut = self.count, False
         for name, data in self._growing.items():
-            rows = count * self._rows_a_step(name)
+            rows = count * self._rows.get(name.removeprefix("VTKHDF/").split("/")[0], 1)
             if name == HISTORY:
                 rows = int(self._out[f"{HISTORY}_ends"][count - 1])
             if data.rows < rows:
@@ -167,7 +177,7 @@ class RunFile:
         for group, fields in (("PointData", averaged), ("CellData", cell_fields(step, values))):
             for name, values in fields.items():
                 self._add(f"VTKHDF/{group}/{name}", values)
-            self._add_offset(group, number * self._rows[group])
+            self._add(f"{_offsets(group)}/{next(iter(OFFSETS[group]))}", [number * self._rows[group]])
         for name, values in step_fields(step).items():
             self._add(f"bipot/steps/{name}", np.asarray(values)[None])
         text = np.asarray(as_bytes(line))
@@ -184,10 +194,6 @@ class RunFile:
     def _add(self, name: str, rows: ArrayLike) -> None:
         self._waiting.setdefault(name, []).append(rows)
 
-    def _add_offset(self, group: str, row: int) -> None:
-        """Add the offset of a group's fields in this step."""
-        self._add(f"{_offsets(group)}/{next(iter(OFFSETS[group]))}", [row])
-
     def _write(self, name: str, rows: ArrayLike) -> None:
         if name in self._growing:
             self._growing[name].append(rows)
@@ -200,11 +206,35 @@ class RunFile:
         else:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
 
-    def _rows_a_step(self, name: str) -> int:
-        """Rows per step of a growing dataset."""
-        group = name.removeprefix("VTKHDF/").split("/")[0]
-        return self._rows.get(group, 1)
-
 
 def _offsets(group: str) -> str:
     return f"VTKHDF/Steps/{group}Offsets"
+
+
+def write_tools(path: Path, times: Floats, steps: Sequence[Sequence[Line]]) -> None:
+    """Write the lines of the tools at all pseudo-times; raises ResultsError where that fails."""
+    replace(path, _content(times, steps), ResultsError)
+
+
+def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> memoryview:
+    """The file's bytes: an unstructured grid whose points move from step to step."""
+    # h5py takes long to import, and only files need it.
+    import h5py
+
+    lines, count = steps[0], len(times)
+    lengths = [len(line.points) for line in lines]
+    points, rows = sum(lengths), np.arange(count)
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", libver=VERSIONS) as out:
+        vtk = write_cells(out, points, np.arange(points), np.cumsum([0, *lengths]), POLY_LINE)
+        store(vtk, "Points", in_space(np.concatenate([line.points for step in steps for line in step])))
+        store(vtk, "CellData/tool", [line.tool for line in lines])
+        store(vtk, "Steps/Values", times)
+        store(vtk, "Steps/NumberOfParts", np.ones(count, dtype=int))
+        store(vtk, "Steps/PartOffsets", 0 * rows)
+        store(vtk, "Steps/PointOffsets", points * rows)
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            store(vtk, f"Steps/{name}", np.zeros((count, 1), dtype=int))
+        store(vtk, "Steps/CellDataOffsets/tool", 0 * rows)
+        vtk["Steps"].attrs["NSteps"] = count
+    return memory.getbuffer()

@@ -19,8 +19,7 @@ import numpy as np
 from bipot.meshes.mesh import Mesh
 from bipot.scene.symmetry import Mirror, share
 from bipot.tensors import norm
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn, angles_of, crossed, pose_size
+from bipot.tools.poses import Force, Moment, Turn, angles_of, crossed, pose_size
 from bipot.tools.surfaces import Surface
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints

@@ -115,7 +115,8 @@ class Itself:
 
     def _boxed(self, nodes: Floats, x: Floats) -> tuple[Ints, Ints]:
         """Which of the points x (s, d) are in the box of which element (p,), neighbours of their nodes excluded."""
-        low, high = self._boxes(nodes)
+        corners = nodes.take(self._by_corner, axis=0)
+        low, high = corners.min(axis=0), corners.max(axis=0)
         # Slab by slab along the first axis: few pairs are left for the others.
         element, number = _within(x[:, 0], low[:, 0], high[:, 0])
         for axis in range(x.shape[1]):
@@ -125,11 +126,6 @@ class Itself:
         key = number * len(self.mesh.elements) + element
         apart = self.near[np.searchsorted(self.near, key) % len(self.near)] != key
         return number[apart], element[apart]
-
-    def _boxes(self, nodes: Floats) -> tuple[Floats, Floats]:
-        """The least and the largest coordinates (e, d) of elements."""
-        corners = nodes.take(self._by_corner, axis=0)
-        return corners.min(axis=0), corners.max(axis=0)
 
     @cached_property
     def _by_corner(self) -> Ints:

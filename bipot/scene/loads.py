@@ -14,13 +14,13 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from bipot.errors import LARGEST_STRESS, require, require_count, require_magnitude, require_number, require_type
+from bipot.errors import LARGEST_STRESS, require, require_count, require_type
 from bipot.fem.assembly import Space
 from bipot.fem.kinematics import gradients
 from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
 from bipot.meshes.mesh import Mesh
-from bipot.paths import RAMP, Amplitude, require_components, vector
-from bipot.typing import Floats, Ints
+from bipot.paths import RAMP, Amplitude, require_bounded, require_components, vector
+from bipot.typing import Floats, Ints, make_floats
 
 
 @runtime_checkable
@@ -128,9 +128,8 @@ class Pressure:
 
     def __post_init__(self) -> None:
         require_type(self.boundary, str, "pressure.boundary")
-        require_number(self.pressure, "pressure.pressure")
-        object.__setattr__(self, "pressure", float(self.pressure))
-        _require_bounded(self.pressure, self.amplitude, "pressure.pressure")
+        make_floats(self, "pressure", of="pressure.")
+        require_bounded(self.pressure, self.amplitude, "pressure.pressure", LARGEST_STRESS)
 
     def check(self, mesh: Mesh) -> None:
         """The boundary is one of the mesh's surface."""
@@ -178,14 +177,7 @@ def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
     """The load's vector as plain numbers."""
     components = vector(load.vector, f"{what}.vector")
     object.__setattr__(load, "vector", components)
-    _require_bounded(max(map(abs, components)), load.amplitude, f"{what}.vector")
-
-
-def _require_bounded(size: float, amplitude: Amplitude, field: str) -> None:
-    """Require a magnitude that is in range at its largest multiple."""
-    require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
-    require_magnitude(size, field, LARGEST_STRESS)
-    require_magnitude(size * amplitude.largest, f"{field} times its amplitude", LARGEST_STRESS)
+    require_bounded(max(map(abs, components)), load.amplitude, f"{what}.vector", LARGEST_STRESS)
 
 
 def _surface(boundary: str, mesh: Mesh, label: str) -> None:

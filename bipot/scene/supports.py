@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
-from bipot.paths import RAMP, Amplitude, require_components
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_type
+from bipot.paths import RAMP, Amplitude, require_bounded, require_components
 from bipot.tools import surfaces
-from bipot.typing import Vector
+from bipot.typing import Vector, make_floats
 
 
 @dataclass(frozen=True)
@@ -63,12 +63,9 @@ class Prescribed(Support):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_number(self.displacement, "prescribed.displacement")
-        object.__setattr__(self, "displacement", float(self.displacement))
+        make_floats(self, "displacement", of="prescribed.")
         require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
-        require_type(self.amplitude, Amplitude, "prescribed.amplitude")
-        for size in (self.displacement, self.displacement * self.amplitude.largest):
-            require_magnitude(size, "prescribed.displacement, its amplitude with it", LARGEST_LENGTH)
+        require_bounded(self.displacement, self.amplitude, "prescribed.displacement", LARGEST_LENGTH)
         require(self.amplitude.at(0.0) == 0, "prescribed.amplitude", self.amplitude.points, "zero at tau = 0")
 
     def at(self, tau: float) -> float:

@@ -29,8 +29,7 @@ from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
 from bipot.tools.poses import Turn, pose_size
-from bipot.tools.reflection import across, imaged
-from bipot.tools.surfaces import ACROSS, frames
+from bipot.tools.surfaces import ACROSS, across, frames, imaged
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Vector, max_abs
 

@@ -9,8 +9,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require_magnitude, require_positive, require_type
 from bipot.tensors import norm
 from bipot.tools.plane import angle_between, farther
-from bipot.tools.reflection import reflected
-from bipot.tools.surfaces import Distance, Surface, Tips, place
+from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
 from bipot.typing import Bools, Floats, Vector
 
 AROUND = np.pi / 3
@@ -39,7 +38,7 @@ ROUND = 120
 
 
 @dataclass(frozen=True)
-class Circle:
+class Circle(Surface):
     """The circle around ``centre``: the tool is its inside, or if ``concave`` its outside.
 
     It is a cylinder in plane strain; on a meridian a sphere where the centre is on the axis, a torus elsewhere. At the
@@ -104,10 +103,6 @@ class Circle:
         """As :meth:`Surface.tips`: itself, where it is convex."""
         own = int(not self.concave)
         return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own), 2 * self.radius)
-
-    def beyond(self, x: Floats) -> Bools:
-        """As :meth:`Surface.beyond`: it has no end."""
-        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""

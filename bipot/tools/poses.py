@@ -8,24 +8,83 @@ in the pose (a_1, a_2, theta). In space a tool turns about an axis through C, th
 (a, theta e), of six numbers, and Q = 1 + sin(theta) E + (1 - cos(theta)) E^2 with E v = e x v. In the tool's own frame
 points of the body are where they would be if the tool rested.
 
-A pose has p numbers, (p,) in shapes and (k, p) for k tools: three in a plane and six in space.
+A pose has p numbers, (p,) in shapes and (k, p) for k tools: three in a plane and six in space. Forces and moments may
+drive a tool: part of its pose is then unknown.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
-from bipot.paths import RAMP, Amplitude, require_components, vector
+from bipot.errors import LARGEST_LENGTH, LARGEST_STRESS, require, require_magnitude, require_type
+from bipot.paths import RAMP, Amplitude, require_bounded, require_components, vector
 from bipot.tensors import norm
-from bipot.tools.driving import Moment
 from bipot.tools.plane import leftwards
-from bipot.typing import Floats
+from bipot.tools.surfaces import direction
+from bipot.typing import Floats, make_floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
 """In radians; a smaller angle than the second moves no point, however far it is from the centre."""
+
+
+@dataclass(frozen=True)
+class Force:
+    """A force that drives a tool: ``vector`` (d,) times the ``amplitude``, on the whole tool.
+
+    A zero force, or one whose amplitude returns to zero, would leave the position of the tool undetermined: it is
+    refused.
+    """
+
+    vector: tuple[float, ...]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vector", vector(self.vector, "force.vector"))
+        require(any(self.vector), "force.vector", self.vector, "not zero: without a force use the tool's path")
+        require_bounded(self.size, self.amplitude, "force.vector", LARGEST_STRESS)
+        allowed = "above zero after tau = 0, where it is not below: to let go, drive the tool by a path alone"
+        later = all(multiple > 0 for tau, multiple in self.amplitude.points if tau > 0)
+        require(later and self.amplitude.at(0.0) >= 0, "force.amplitude", self.amplitude.points, allowed)
+
+    @property
+    def size(self) -> float:
+        """|vector|."""
+        return math.hypot(*self.vector)
+
+    @property
+    def direction(self) -> Floats:
+        """The unit vector (d,) of the force."""
+        return np.array(self.vector) / self.size
+
+    def at(self, tau: float) -> float:
+        """The force along its direction at pseudo-time ``tau``."""
+        return self.size * self.amplitude.at(tau)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A moment that turns a tool: ``value``, anticlockwise on it, times the ``amplitude``; with zero it rolls freely.
+
+    It acts about the centre of the tool's turn, in plane strain per unit of thickness (in units of force). The tool
+    exerts it on the body, :meth:`bipot.control.accepted.Accepted.tool_moment`.
+
+    Raises:
+        SceneError: a value that is no finite number, or whose magnitude requires other units.
+    """
+
+    value: float
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        make_floats(self, "value", of="moment.")
+        require_bounded(self.value, self.amplitude, "moment.value", LARGEST_STRESS)
+
+    def at(self, tau: float) -> float:
+        """The moment at pseudo-time ``tau``."""
+        return self.value * self.amplitude.at(tau)
 
 
 @dataclass(frozen=True)
@@ -47,8 +106,7 @@ class Turn:
     axis: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        require_number(self.angle, "turn.angle")
-        object.__setattr__(self, "angle", float(self.angle))
+        make_floats(self, "angle", of="turn.")
         require_type(self.amplitude, Amplitude, "turn.amplitude")
         for size in (self.angle, self.angle * self.amplitude.largest):
             known = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
@@ -66,9 +124,8 @@ class Turn:
         if len(self.centre) == 2:
             require(self.axis is None, "turn.axis", self.axis, "None in a plane, which is turned in itself")
             return
-        axis = vector(self.axis, "turn.axis")
+        axis = direction(self.axis, "turn.axis")
         require_components(axis, 3, "turn.axis")
-        require(abs(float(norm(np.array(axis))) - 1) < 1e-12, "turn.axis", axis, "a unit vector")
         object.__setattr__(self, "axis", axis)
 
     @property

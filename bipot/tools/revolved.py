@@ -7,10 +7,15 @@ curvatures
     c along the meridian,    n_r / r around the axis,
 
 which are equal on the axis where the normal is along it.
+
+Whether straight ways of points come out on another side is told by the distance alone: along a way the gap changes by
+no more than its length, so a way is checked only where it may be in the tool, in steps of a small part of the tool's
+thickness, or of its own length where that is short.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,11 +24,10 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
 from bipot.paths import require_components, vector
 from bipot.tensors import norm
-from bipot.tools.circle import Circle
+from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW, Circle
+from bipot.tools.plane import farther
 from bipot.tools.profiles import wedge
-from bipot.tools.reflection import reflected
-from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames
-from bipot.tools.ways import comes_through
+from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames, reflected
 from bipot.typing import Bools, Floats, Vector
 
 RING = 48
@@ -41,9 +45,12 @@ HALF, FAR = (1.0, 0.0), 1e6
 MERIDIANS, CIRCLES = 12, 9
 """By how many meridians and circles a surface is drawn."""
 
+LEAST, MOST = 17, 4096
+"""Range of the number of points checked on a way: enough to detect a depth of GRAZED of the tool."""
+
 
 @dataclass(frozen=True)
-class Revolved:
+class Revolved(Surface):
     """The surface that the ``meridian`` makes as it turns about the axis through ``point`` along the unit ``axis``.
 
     The meridian is a :class:`~bipot.tools.circle.Circle`, a :class:`~bipot.tools.profiles.Profile` or any other surface
@@ -107,10 +114,7 @@ class Revolved:
         axis, (place, outward) = np.array(self.axis), self._place(x)
         up = by @ axis
         beside, start = by - up[..., None] * axis, place[..., :1] * outward
-        far = place[..., 0] + norm(start + beside)
-        # The difference of two distances from the axis, without the round-off of either.
-        farther = np.vecdot(2 * start + beside, beside) / np.where(far > 0, far, 1.0)
-        return self.meridian.passed(place, np.stack([farther, up], axis=-1))[..., :1]
+        return self.meridian.passed(place, np.stack([farther(start, beside), up], axis=-1))[..., :1]
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.crossed`."""
@@ -138,10 +142,6 @@ class Revolved:
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.beyond`."""
         return self.meridian.beyond(self._place(x)[0])
-
-    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.mirrored`."""
-        return self.same(self.image(normal, position), roundoff)
 
     def image(self, normal: Vector, position: float) -> Revolved:
         """As :meth:`bipot.tools.surfaces.Surface.image`."""
@@ -236,3 +236,32 @@ def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: fl
     """
     require_number(semi_angle, "cone.semi_angle")
     return Revolved(wedge((0.0, 0.0), semi_angle, length, radius), tip, axis)
+
+
+def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: Floats, by: Floats) -> Bools:
+    """Whether points x (…, 3) that go straight ``by`` (…, 3) come through the tool and out on another side of it (…).
+
+    The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
+    enters and leaves differ by more than PAST; or by more than AROUND, and the way is deeper than a chord of
+    that angle in a sphere as thick; or the point touches the tool neither before nor after, and more than grazes it.
+    """
+    out = np.zeros(x.shape[:-1], dtype=bool)
+    length = norm(by)
+    near = (distance(x).gap < length) & (length > 0)
+    if not near.any() or not np.isfinite(thickness):
+        return out
+    x, by, length = x[near], by[near], length[near]
+    count = int(np.clip(np.ceil(2 * length.max() / (GRAZED * thickness)), LEAST, MOST))
+    way = x[:, None] + np.linspace(0.0, 1.0, count)[:, None] * by[:, None]
+    found = distance(way)
+    inside = found.gap < 0
+    first, last = np.argmax(inside, axis=1), count - 1 - np.argmax(inside[:, ::-1], axis=1)
+    rows = np.arange(len(x))
+    turned = np.vecdot(found.normal[rows, first], found.normal[rows, last])
+    depth = -found.gap.min(axis=1)
+    radius = thickness / 2
+    far = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * radius))
+    open_at_both = (found.gap[:, [0, -1]] > OPEN * radius).all(axis=1)
+    grazes = open_at_both & (depth > GRAZED * radius)
+    out[near] = inside.any(axis=1) & (depth > SHALLOW * length) & (far | grazes)
+    return out

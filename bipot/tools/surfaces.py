@@ -26,7 +26,6 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude
 from bipot.paths import pair, require_components, vector
 from bipot.tensors import norm
-from bipot.tools.reflection import reflected
 from bipot.typing import Bools, Floats, Pair, Vector
 
 ACROSS = 1e-12
@@ -87,12 +86,12 @@ class Surface(Protocol):
         ...
 
     def beyond(self, x: Floats) -> Bools:
-        """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
-        ...
+        """Whether points x (…, d) are past an open end, where the surface may not be touched (…); most have none."""
+        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
-        ...
+        return self.same(self.image(normal, position), roundoff)
 
     def image(self, normal: Vector, position: float) -> Surface:
         """Its mirror image in the plane normal . x = position, of a unit normal."""
@@ -116,7 +115,7 @@ SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1
 
 
 @dataclass(frozen=True)
-class Plane:
+class Plane(Surface):
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
 
     Raises:
@@ -164,10 +163,6 @@ class Plane:
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
         return Tips(np.empty((0, len(self.point))), np.empty(0), np.inf)
-
-    def beyond(self, x: Floats) -> Bools:
-        """As :meth:`Surface.beyond`: it has no end."""
-        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
@@ -224,3 +219,22 @@ def direction(value: object, field: str) -> Vector:
     normal = vector(value, field)
     require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
     return normal
+
+
+def reflected(point: Vector, normal: Vector, position: float) -> Vector:
+    """The mirror image of a point in the plane normal . x = position, of a unit normal.
+
+    >>> reflected((3.0, 1.0), (1.0, 0.0), 0.5)
+    (-2.0, 1.0)
+    """
+    return tuple(imaged(np.array(point), normal, position).tolist())
+
+
+def imaged(points: Floats, normal: Vector, position: float) -> Floats:
+    """Mirror images of points (…, d) in such a plane."""
+    return points + 2 * np.asarray(position - points @ np.array(normal))[..., None] * normal
+
+
+def across(vectors: Floats, normal: Floats | Vector) -> Floats:
+    """The part of vectors (…, d) at a right angle to the unit normal (d,)."""
+    return vectors - np.asarray(vectors @ np.asarray(normal))[..., None] * normal

@@ -13,9 +13,8 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_tuple, require_type
 from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
 from bipot.tensors import norm
-from bipot.tools.driving import Force
-from bipot.tools.friction import Friction
-from bipot.tools.poses import Turn, pose_size, rotation
+from bipot.tools.friction import check_friction
+from bipot.tools.poses import Force, Turn, pose_size, rotation
 from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
 from bipot.typing import Floats, max_abs
 
@@ -77,8 +76,7 @@ class Tool:
     def _check(self) -> None:
         """Check the fields and convert them to plain numbers."""
         object.__setattr__(self, "travel", vector(self.travel, "tool.travel"))
-        for name, value in vars(Friction(self.mu, self.shear, self.mu_at, self.shear_at)).items():
-            object.__setattr__(self, name, value)
+        check_friction(self)
         require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
         require_type(self.driven_by, Force, "tool.driven_by", optional=True)

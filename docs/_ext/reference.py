@@ -24,7 +24,7 @@ BEHIND = {
     "programs": (
         "Programs of an increment",
         "bipot.programs",
-        "conic dissipation penalty newton delassus fixed_point limit condensation",
+        "conic dissipation penalty newton fixed_point limit condensation",
     ),
     "elements": (
         "Kinematics and elements",
@@ -39,7 +39,7 @@ BEHIND = {
     "tools": (
         "Surfaces and motions of tools",
         "bipot",
-        "tools.tool tools.surfaces tools.profiles tools.poses tools.driving tools.meeting paths",
+        "tools.tool tools.surfaces tools.profiles tools.poses tools.meeting paths",
     ),
     "scene": (
         "Scenes and contact",
@@ -50,7 +50,7 @@ BEHIND = {
     "results": (
         "Results, columns and plots",
         "bipot",
-        "results results.history results.recorder results.columns plot fem.components",
+        "results results.history results.recorder results.columns plot",
     ),
 }
 """Of a page: its title, the package, its modules."""

@@ -31,13 +31,13 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from bipot.progress import terminal
 from bipot.results import Existing
 from studies.command import command, say
 from studies.fuzz.row import Outcome, Table
 from studies.fuzz.tasks import study
 from studies.options import count, processes
 from studies.outputs import parser_of
+from studies.progress import terminal
 
 OPTIONS = {
     "scene": "scenes",

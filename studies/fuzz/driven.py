@@ -12,7 +12,7 @@ from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Floats
 from studies.flat import axis_of, flat_tools

@@ -18,8 +18,7 @@ from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.circle import Circle
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.tool import ShapedTool
 from bipot.typing import Floats
 from studies.fuzz.driven import carried, force_amplitude, motion_amplitude

@@ -11,8 +11,7 @@ import numpy as np
 
 from bipot.errors import SceneError
 from bipot.scene.scene import Scene
-from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.tool import ShapedTool
 from bipot.typing import Floats
 from studies.fuzz.driven import force_amplitude

@@ -22,7 +22,7 @@ from bipot.paths import Amplitude, Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
-from bipot.tools.driving import Force
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.flat import flat

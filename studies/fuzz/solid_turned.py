@@ -9,8 +9,7 @@ import numpy as np
 from bipot.paths import Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Prescribed, Support
-from bipot.tools.driving import Force
-from bipot.tools.poses import Turn
+from bipot.tools.poses import Force, Turn
 from bipot.tools.profiles import Union
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Plane, Surface

@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing
 from typing import NamedTuple
 
-from bipot.progress import Progress
 from studies.command import say
 from studies.fuzz.coulomb import judge_coulomb
 from studies.fuzz.judge import judge_scene, judge_shaped
 from studies.fuzz.row import FAILURES, Row, Table
 from studies.fuzz.solid import judge_solid, judge_solid_shaped
 from studies.pool import completed
+from studies.progress import Progress
 
 
 class Task(NamedTuple):

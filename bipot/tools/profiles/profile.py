@@ -1,5 +1,7 @@
 """Surfaces of rigid tools made of straights and rounds: punches with rounded edges, wedges, cones, dies.
 
+Those made by name point down, are open above, and end there where the body must not come.
+
 There is no contact beyond an open end. The line is continued straight there and the law holds against it, but an
 increment in which a force acts there is refused (:mod:`bipot.checks.refusals`). So nothing passes around an end
 unnoticed, and gaps are distances to one line without ends.
@@ -12,13 +14,12 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
 from bipot.tensors import norm
 from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
 from bipot.tools.profiles.outline import pieces_of
 from bipot.tools.profiles.pieces import ProfilePieces
-from bipot.tools.reflection import reflected
-from bipot.tools.surfaces import Distance, Surface, Tips, place
+from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
 from bipot.typing import Bools, Floats, Vector, listed
 
 PLACES, HALVINGS = 7, 30
@@ -26,7 +27,7 @@ PLACES, HALVINGS = 7, 30
 
 
 @dataclass(frozen=True)
-class Profile:
+class Profile(Surface):
     """The line through ``points``, its corners rounded by ``fillets``, with the tool on its right.
 
     ``fillets`` is a radius for all inner points, or one for each; zero leaves the corner sharp. If ``closed``, the line
@@ -116,10 +117,6 @@ class Profile:
         convex = rounds.turn > 0
         return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.inner_radius)
 
-    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
-        return self.same(self.image(normal, position), roundoff)
-
     def image(self, normal: Vector, position: float) -> Profile:
         """As :meth:`bipot.tools.surfaces.Surface.image`: the other way, so that the tool stays on the right."""
         points = tuple((x, y) for x, y in (reflected(point, normal, position) for point in self.points[::-1]))
@@ -128,7 +125,7 @@ class Profile:
         return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
 
     def same(self, other: Surface, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.same`: of a closed line from any of its sides on."""
+        """As :meth:`bipot.tools.surfaces.Surface.same`: from any side of a closed line, wherever an open one ends."""
         if not isinstance(other, Profile) or self.closed != other.closed:
             return False
         own, its = (surface._sides(self.pieces.span) for surface in (self, other))
@@ -188,10 +185,10 @@ class Profile:
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""
         if not listed(self.fillets):
-            return _radius(self.fillets, "profile.fillets")
+            return checked_radius(self.fillets, "profile.fillets")
         count = len(self.points) - 2 * (not self.closed)
         require(len(self.fillets) == count, "profile.fillets", self.fillets, f"a radius, or {count}: of inner points")
-        return tuple(_radius(radius, f"profile.fillets[{k}]") for k, radius in enumerate(self.fillets))
+        return tuple(checked_radius(radius, f"profile.fillets[{k}]") for k, radius in enumerate(self.fillets))
 
     @property
     def _radii(self) -> tuple[float, ...]:
@@ -200,10 +197,49 @@ class Profile:
         return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
 
 
-def _radius(value: object, field: str) -> float:
+def checked_radius(value: object, field: str) -> float:
     """``value`` as a radius; raises SceneError where it is none."""
     require_number(value, field)
     radius = float(value)  # type: ignore[arg-type]
     require(0 <= radius < np.inf, field, value, "finite and >= 0")
     require_magnitude(radius, field, LARGEST_LENGTH)
     return radius
+
+
+def wedge(apex: tuple[float, float], semi_angle: float, length: float, radius: float = 0.0) -> Profile:
+    """The wedge with flanks ``length`` long at ``semi_angle`` degrees to the vertical above its ``apex``.
+
+    On a meridian, with the apex on the axis, it is a cone. A ``radius`` above zero rounds its tip, which then is above
+    the apex by radius (1/sin(semi_angle) - 1).
+
+    Raises:
+        SceneError: an angle outside (0, 90), a length not above zero, a radius that does not fit; as :class:`Profile`.
+
+    >>> round(float(wedge((0.0, 1.0), 45.0, 2.0).distance(np.array([1.0, 1.0])).gap), 12)
+    0.707106781187
+    """
+    x, y = place(apex, "wedge.apex")
+    require_number(semi_angle, "wedge.semi_angle")
+    require(0 < semi_angle < 90, "wedge.semi_angle", semi_angle, "in (0, 90) degrees")
+    require_positive(**{"wedge.length": length})
+    # A profile would take a tuple of them.
+    checked_radius(radius, "wedge.radius")
+    angle = np.radians(float(semi_angle))
+    out, up = length * np.sin(angle), length * np.cos(angle)
+    return Profile(((x + out, y + up), (x, y), (x - out, y + up)), radius)
+
+
+def flat_punch(middle: tuple[float, float], width: float, height: float, radius: float = 0.0) -> Profile:
+    """The punch with a flat face of ``width`` around its ``middle``, sides ``height`` high and edges of a ``radius``.
+
+    Raises:
+        SceneError: a width or height not above zero, a radius that does not fit; as :class:`Profile`.
+
+    >>> float(flat_punch((0.0, 1.0), 2.0, 3.0, 0.5).distance(np.array([0.0, 0.25])).gap)
+    0.75
+    """
+    x, y = place(middle, "punch.middle")
+    require_positive(**{"punch.width": width, "punch.height": height})
+    checked_radius(radius, "punch.radius")
+    half = width / 2
+    return Profile(((x + half, y + height), (x + half, y), (x - half, y), (x - half, y + height)), radius)

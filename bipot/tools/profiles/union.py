@@ -17,7 +17,7 @@ HALVINGS = 52
 
 
 @dataclass(frozen=True)
-class Union:
+class Union(Surface):
     """The union of the ``surfaces``: its gap is the least of theirs.
 
     Outside this is the distance; inside two surfaces at once it is the larger depth. Slip is the arc of the nearest
@@ -90,10 +90,6 @@ class Union:
             np.concatenate([tips.radius for tips in found]),
             min(tips.thickness for tips in found),
         )
-
-    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.mirrored`: one of them may be another's image."""
-        return self.same(self.image(normal, position), roundoff)
 
     def image(self, normal: Vector, position: float) -> Union:
         """As :meth:`bipot.tools.surfaces.Surface.image`."""

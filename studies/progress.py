@@ -1,4 +1,4 @@
-"""Progress as an object passed in: the library itself never prints."""
+"""Progress of a study on a terminal and nowhere else: the library itself never prints."""
 
 from __future__ import annotations
 
