@@ -103,7 +103,7 @@ class Energies:
         touching = in_touch(start, solved.iterate, solved.r)
         aloft = float((1 - touching) @ against)
         more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
-        load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
+        load = (1 - theta) * increment.loads.before + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
         parts = {
             "work": _tools(start, solved, r, theta) + loads + more,
@@ -155,7 +155,7 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
     contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
-    before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
+    before = system.reactions(element_force(placed, start.stress), increment.loads.before, contacts)
     return vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven)
 
 

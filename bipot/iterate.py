@@ -13,12 +13,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.advance import Advance
-from bipot.certificate import EPS
 from bipot.contact import supported
 from bipot.contact.closeness import LEAST_MOTION
 from bipot.contact.shear import Strength, caps
 from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
+from bipot.load_change import LoadChange
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.scales import units_of
@@ -28,11 +28,6 @@ from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
 from bipot.typing import Floats, vdot
-
-
-def _largest(vectors: Floats) -> float:
-    """The length of the longest of (a, d)."""
-    return float(norm(vectors).max())
 
 
 @dataclass(frozen=True)
@@ -114,33 +109,10 @@ class Increment:
         touching = supported.Touching(self.start.gap, self.start.nodes, self.tools.placed)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
-    @property
-    def begins(self) -> bool:
-        """Whether the body is at rest: loads that are on at tau = 0 come in no time, in this increment."""
-        return self.start.tau == 0 and not self.start.stress.any()
-
     @cached_property
-    def load_before(self) -> Floats:
-        """Nodal loads (a, d) that the start carries."""
-        nodes = self.system.body.scene.origin(self.start.nodes)
-        return np.zeros(nodes.shape) if self.begins else self.system.loading.forces(nodes, self.start.tau)
-
-    @cached_property
-    def load_ahead(self) -> Floats:
-        """Nodal loads (a, d) at the end of the increment on the body as it is at the start."""
-        return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.tau)
-
-    @cached_property
-    def new_load(self) -> Floats:
-        """The change of the load on the unknowns (n,), with the body at the start: nodal loads and driving forces."""
-        ahead = self.system.load(self.load_ahead, self.tau)
-        return ahead if self.begins else ahead - self.system.load(self.load_before, self.start.tau)
-
-    @cached_property
-    def loaded(self) -> bool:
-        """Whether the load on the unknowns changes, by more than round-off of loads that supports take up."""
-        space, noise = self.system.body.space, EPS * (_largest(self.load_ahead) + _largest(self.load_before))
-        return bool(_largest(space.spread(self.new_load)) > noise or space.beside(self.new_load).any())
+    def loads(self) -> LoadChange:
+        """What loads change by."""
+        return LoadChange(self.system, self.start, self.tau)
 
     @property
     def travel(self) -> Floats:
@@ -163,7 +135,7 @@ class Increment:
     def units(self) -> Units:
         """The units by which its numbers are scaled (:mod:`bipot.scales`)."""
         prescribed = max(self.reach, float(norm(self.driven).max()))
-        new = self.new_load if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
+        new = self.loads.change if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
         return units_of(self.system, self.start, prescribed, new)
 
     def at(self, x: Floats) -> Iterate:

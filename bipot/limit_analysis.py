@@ -110,7 +110,7 @@ def collapse(increment: Increment) -> Mechanism | None:
 
 def _load(increment: Increment) -> Floats:
     """The load on the unknowns (n,) at the increment's end, in the shape at its start."""
-    return increment.system.load(increment.load_ahead, increment.tau)
+    return increment.system.load(increment.loads.ahead, increment.tau)
 
 
 def _parts(increment: Increment) -> list[float]:

@@ -81,7 +81,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     x = increment.system.body.space.gather(pace.predict(increment))
     if increment.turns:
         return np.zeros_like(x)
-    same = np.array_equal(rows.gap, start.gap) and not increment.loaded
+    same = np.array_equal(rows.gap, start.gap) and not increment.loads.changes
     if same and not rows.slip.any() and not increment.driven.any():
         return np.zeros_like(x)
     carried, rest = start.forces[:, 0] * start.gap, np.zeros_like(x)

@@ -140,7 +140,7 @@ def _yields(start: State, solved: Solved) -> float:
 
 def _is_told(increment: Increment) -> bool:
     """Whether what it stores tells how far the body has yielded: from rest, where tools and supports strain it."""
-    return increment.start.length == 0 and not increment.loaded
+    return increment.start.length == 0 and not increment.loads.changes
 
 
 def _settles(start: State, solved: Solved) -> float:
@@ -171,7 +171,7 @@ def _over_yield(start: State, solved: Solved) -> float:
     increment, at_yield = solved.iterate.increment, yield_strain(solved.iterate.increment.system)
     known = strain_of(increment)
     # Beside tools and supports that hardly move, loads may be what strains the body.
-    if not increment.loaded:
+    if not increment.loads.changes:
         return known / at_yield
     volume = solved.response.kinematics.volume
     own, plastic = (

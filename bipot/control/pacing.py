@@ -114,7 +114,7 @@ class Pacer:
         # What a load strains is not known beforehand, nor whether a turn does, nor how much of a body a curved tool.
         tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), whole.tau - state.tau
         bends = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
-        most = UNDRIVEN * stretch if strained == 0 or whole.loaded or bends[near].any() else stretch
+        most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or bends[near].any() else stretch
         if strained == 0:
             return max(most, LEAST_LENGTH), 0.0
         # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.

@@ -33,7 +33,7 @@ def is_past_yield(increment: Increment) -> bool:
     strain = strain_of(increment) * length / (increment.tau - begun)
     if strain == 0:
         # Loads let a body yield bit by bit to the end.
-        return not increment.loaded
+        return not increment.loads.changes
     return strain >= far * (1 - ROUND_OFF)
 
 

@@ -1,0 +1,56 @@
+"""What loads change by in an increment: on the body as it is at the start, whatever its answer is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bipot.certificate import EPS
+from bipot.response import State
+from bipot.system import System
+from bipot.tensors import norm
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class LoadChange:
+    """Loads on a system from the state ``start`` to pseudo-time ``tau``."""
+
+    system: System
+    start: State
+    tau: float
+
+    @property
+    def begins(self) -> bool:
+        """Whether the body is at rest: loads that are on at tau = 0 come in no time, in this increment."""
+        return self.start.tau == 0 and not self.start.stress.any()
+
+    @cached_property
+    def before(self) -> Floats:
+        """Nodal loads (a, d) that the start carries."""
+        nodes = self.system.body.scene.origin(self.start.nodes)
+        return np.zeros(nodes.shape) if self.begins else self.system.loading.forces(nodes, self.start.tau)
+
+    @cached_property
+    def ahead(self) -> Floats:
+        """Nodal loads (a, d) at the end of the increment on the body as it is at the start."""
+        return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.tau)
+
+    @cached_property
+    def change(self) -> Floats:
+        """The change of the load on the unknowns (n,), with the body at the start: nodal loads and driving forces."""
+        ahead = self.system.load(self.ahead, self.tau)
+        return ahead if self.begins else ahead - self.system.load(self.before, self.start.tau)
+
+    @cached_property
+    def changes(self) -> bool:
+        """Whether the load on the unknowns changes, by more than round-off of loads that supports take up."""
+        space, noise = self.system.body.space, EPS * (_largest(self.ahead) + _largest(self.before))
+        return bool(_largest(space.spread(self.change)) > noise or space.beside(self.change).any())
+
+
+def _largest(vectors: Floats) -> float:
+    """The length of the longest of (a, d)."""
+    return float(norm(vectors).max())
