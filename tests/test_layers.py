@@ -19,7 +19,7 @@ LAYERS = (
     ("response",),
     ("borne",),
     ("advance", "system"),
-    ("scales",),
+    ("load_change", "scales"),
     ("iterate",),
     ("checks", "limit_analysis", "traction"),
     ("forms",),
