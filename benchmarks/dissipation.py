@@ -26,10 +26,10 @@ from bipot.conic.problem import ConicProgram, Rows
 from bipot.forms import Dissipation, FormName
 from bipot.increment import Trial
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.paper import upsetting
 from bipot.programs.data import Term
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import norm_rows
-from bipot.scene.scene import upsetting
 from bipot.typing import Floats
 
 T = TypeVar("T")

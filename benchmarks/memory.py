@@ -13,7 +13,7 @@ from pathlib import Path
 
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from studies.command import command, say
 from studies.options import count
 from studies.pool import processes

@@ -37,7 +37,8 @@ from bipot.fem.projection import VolumeChange
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.command import command, say
 from studies.files import replacing, require_writable

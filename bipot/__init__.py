@@ -72,13 +72,14 @@ from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
+from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle

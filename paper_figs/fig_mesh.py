@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bipot.meshes.layout import Layout
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.typing import Floats
 from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, WIDTH, from_results, lettered, rows_of
 from studies.accuracy.limits import Limit, courses_of, limit

@@ -17,7 +17,7 @@ import numpy as np
 
 from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from studies.command import command, progressing, say
 from studies.options import coefficient
 from studies.outputs import opened, parser_of

@@ -38,7 +38,8 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.tensors import identity, trace
 from bipot.traction import consistent_tractions, contact_edges, edge_tractions
 from bipot.typing import Floats

@@ -24,8 +24,8 @@ from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march
+from bipot.paper import upsetting
 from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
-from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.hard_programs import DISCRETE, SETTLED, passes_of
 from studies.outputs import opened, parser_of

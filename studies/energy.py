@@ -24,7 +24,8 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from studies.command import command, say
 from studies.outputs import Table, opened, parser_of
 from studies.upsetting_march import FIRST

@@ -13,7 +13,8 @@ from bipot.errors import BipotError
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.marching import Schedule
 from bipot.meshes.mesh import Mesh
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.tools.tool import FlatTool
 
 SMALL = 0.001

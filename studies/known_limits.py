@@ -16,9 +16,10 @@ import numpy as np
 
 from bipot.errors import SceneError
 from bipot.meshes.mesh import Mesh
+from bipot.paper import upsetting
 from bipot.results import History
 from bipot.results.description import describe
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from studies.accuracy.limits import Limit
 from studies.tables import read_rows
 
@@ -65,7 +66,7 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 
 
 def is_upsetting(run: History, **data: Any) -> bool:
-    """Whether it is a run of :func:`~bipot.scene.scene.upsetting` with ``data``, at its own friction and reduction."""
+    """Whether it is a run of :func:`~bipot.paper.upsetting` with ``data``, at its own friction and reduction."""
     if len(run.scene["tools"]) != 1:
         return False
     (tool,), height = run.scene["tools"], float(run.mesh.nodes[:, 1].max())

@@ -23,7 +23,7 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.typing import Floats
 from studies.command import command, progressing, say
 from studies.options import count

@@ -22,7 +22,7 @@ from bipot.conic.problem import Claim
 from bipot.forms import Optimiser, Penalty, contact_penalty
 from bipot.increment import Trial
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from studies.command import command, say
 from studies.outputs import opened, parser_of
 from studies.upsetting_march import FIRST

@@ -12,7 +12,8 @@ from bipot.certificate import Bounds
 from bipot.forms import Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.increment import Limits, System
 from bipot.marching import Control, Schedule, system_of
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from studies.runs import Run, record
 from studies.upsetting_march import FIRST
 

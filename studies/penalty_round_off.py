@@ -17,7 +17,7 @@ from bipot.certificate import Bounds
 from bipot.forms import Penalty, contact_penalty
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from studies.command import command, say
 from studies.outputs import opened, parser_of
 from studies.runs import record

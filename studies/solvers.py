@@ -25,7 +25,7 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, FormName, Tangent
 from bipot.marching import Control, Schedule, march
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from studies.command import command, say
 from studies.outputs import opened, parser_of
 from studies.tables import text

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 from bipot.fem.elements import Quadrature
 from bipot.marching import Schedule
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from studies.methods import Method, Setting
 from studies.upsetting_march import FIRST, SETTLING
 

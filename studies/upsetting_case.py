@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from bipot.fem.elements import RULES
 from bipot.forms import FormName
 from bipot.meshes.layout import Layout
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.tools.tool import Sampling
 from studies.element_types import ElementType
 from studies.upsetting_march import Upset

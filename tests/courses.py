@@ -20,6 +20,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
+from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.results.columns import (
     COURSE,
@@ -32,7 +33,7 @@ from bipot.results.columns import (
     energies,
 )
 from bipot.scene.loads import BodyForce, Pressure, Traction
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
 from bipot.tools.poses import Force

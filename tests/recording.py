@@ -8,10 +8,10 @@ import numpy as np
 from bipot.forms import Tangent
 from bipot.laws.flow import Flow
 from bipot.marching import Control, Schedule, march
+from bipot.paper import upsetting
 from bipot.response import State
 from bipot.results import Existing, Recorder
 from bipot.results.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energies
-from bipot.scene.scene import upsetting
 
 SCENE = upsetting(mu=0.3, elements=2, reduction=0.2)
 SCHEDULE = Schedule(4, first=0.005)

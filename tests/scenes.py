@@ -18,13 +18,14 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
+from bipot.paper import upsetting
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.scene.loads import Load
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats

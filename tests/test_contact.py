@@ -20,8 +20,9 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
+from bipot.paper import upsetting
 from bipot.response import body_space
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from tests.scenes import DIRECT, fresh, path, rows_between

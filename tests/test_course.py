@@ -12,7 +12,7 @@ from bipot.energy import Energies
 from bipot.errors import SceneError
 from bipot.forms.memory import Paced
 from bipot.marching import march
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.schedule import Schedule
 from tests.courses import FORMS, stored, unlike, upset
 from tests.scenes import refused

@@ -16,7 +16,7 @@ import pytest
 
 from bipot.forms import Dissipation, Newton
 from bipot.marching import Control, march
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.schedule import Schedule
 from tests.courses import FORMS, digest, moving, unlike, upset
 

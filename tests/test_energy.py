@@ -17,9 +17,10 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.sections import block
+from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.scene.loads import Pressure, Traction
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Force

@@ -29,7 +29,7 @@ from bipot.forms import Delassus, Dissipation, Tangent
 from bipot.forms import Newton as NewtonForm
 from bipot.increment import Limits as Increments
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from tests.scenes import DIRECT, fresh, path, refused
 from tests.scenes import run as upset
 

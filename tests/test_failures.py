@@ -29,8 +29,8 @@ from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder
+from bipot.paper import upsetting
 from bipot.programs.condensation import Reduced
-from bipot.scene.scene import upsetting
 from bipot.scene.supports import Support
 from bipot.tools.profiles import Union, wedge
 from bipot.tools.surfaces import Plane

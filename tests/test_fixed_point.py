@@ -19,12 +19,12 @@ from bipot.forms import Dissipation, Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import bipotential_gap
 from bipot.marching import Control, march
+from bipot.paper import upsetting
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard
 from bipot.programs.pieces import Law, Mapped, Pieces
 from bipot.programs.terms import ContactTerms
-from bipot.scene.scene import upsetting
 from studies import coupling as study
 from studies.hard_programs import DISCRETE, SETTLED, Small, coupled, passes_of
 from studies.hard_scenes import Outcome

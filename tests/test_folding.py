@@ -17,8 +17,9 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
+from bipot.paper import upsetting
 from bipot.results.columns import MIN_JACOBIAN
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from studies.quality import quality

@@ -20,7 +20,7 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.tools.tool import FlatTool
 from studies import hard_cases
 from studies.hard_scenes import Outcome, Settings, cases

@@ -10,9 +10,9 @@ import pytest
 from bipot.errors import ResultsError, SceneError
 from bipot.hdf5 import journal
 from bipot.marching import march
+from bipot.paper import upsetting
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
-from bipot.scene.scene import upsetting
 from tests.recording import COLUMNS, CONTROL, PARAMETERS, SCENE, SCHEDULE, UNITS, arrays, recorder
 
 

@@ -19,8 +19,9 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.sections import block, cylinder, ring
+from bipot.paper import upsetting
 from bipot.response import body_space
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from studies.fuzz import judge as fuzz_judge

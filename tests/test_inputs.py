@@ -24,10 +24,9 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder, ring
-from bipot.paper import unreturned
+from bipot.paper import unreturned, upsetting
 from bipot.programs.factors import SuperLU
 from bipot.programs.fixed_point import Safeguard
-from bipot.scene.scene import upsetting
 from bipot.scene.supports import Support, Symmetry
 from tests.scenes import STEEL, refused, scene, tool
 

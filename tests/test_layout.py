@@ -13,7 +13,7 @@ from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.layout import Layout
 from bipot.meshes.sections import block, cylinder, ring
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from tests.scenes import refused
 
 FANNED = Layout.FANNED

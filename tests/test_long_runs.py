@@ -11,10 +11,10 @@ import pytest
 
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
+from bipot.paper import upsetting
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.results.columns import INCREMENT
-from bipot.scene.scene import upsetting
 
 SCENE = upsetting(mu=0.1, elements=1, reduction=0.2)
 

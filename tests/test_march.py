@@ -14,7 +14,7 @@ from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from tests.scenes import DIRECT, path
 
 # Uniform upsetting by 45 %: closed form of the elastoplastic cylinder without friction (N, mm, 1).

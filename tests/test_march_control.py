@@ -15,7 +15,7 @@ from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from tests.scenes import DIRECT, path
 
 

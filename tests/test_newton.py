@@ -18,9 +18,10 @@ from bipot.forms.search import Search
 from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.paper import upsetting
 from bipot.programs.ordering import Pattern
 from bipot.scene.loads import Pressure
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.tools.tool import FlatTool
 from studies.verification.cases.thick_tube import ABOVE, LIMIT, SCHEDULE, tube
 

@@ -10,11 +10,11 @@ from bipot.forms import Newton
 from bipot.forms.memory import ordered
 from bipot.increment import Increment
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.paper import upsetting
 from bipot.programs import factors, ordering
 from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern, dissection, minimum_degree
-from bipot.scene.scene import upsetting
 from studies.accuracy.block_alone import scene_of
 
 

@@ -21,8 +21,9 @@ from bipot.fem.strain import Configuration
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder
+from bipot.paper import upsetting
 from bipot.response import Body, body_space, rest
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from tests.sampling import determinants, grid

@@ -13,9 +13,10 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
+from bipot.paper import upsetting
 from bipot.plot import curved
 from bipot.results.columns import UNFELT
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.circle import Circle
 from bipot.tools.profiles import Profile

@@ -10,8 +10,8 @@ from bipot.errors import SceneError
 from bipot.laws.coulomb import Status
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import cylinder
+from bipot.paper import upsetting
 from bipot.results import open as open_results
-from bipot.scene.scene import upsetting
 from paper_figs import fig2_velocity, fig_force_stroke
 from paper_figs.contact_line import contact_line
 from paper_figs.shown import shown

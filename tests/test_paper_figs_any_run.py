@@ -9,8 +9,8 @@ from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Linear
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout
+from bipot.paper import upsetting
 from bipot.results import open as open_results
-from bipot.scene.scene import upsetting
 from bipot.tools.tool import Sampling
 from paper_figs import fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction
 from paper_figs.contact_line import contact_line

@@ -15,11 +15,11 @@ from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.paper import upsetting
 from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious
-from bipot.scene.scene import upsetting
 from studies.optimisers import ALLOWED, compare
 from tests.scenes import path, posed
 

@@ -10,11 +10,10 @@ from bipot.errors import IncrementFailed
 from bipot.forms import Penalty, Uzawa, contact_penalty
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.paper import as_written, unreturned
+from bipot.paper import as_written, unreturned, upsetting
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.results.columns import OVERLAP, certificate
-from bipot.scene.scene import upsetting
 from tests.scenes import DIRECT, path
 
 TIGHT = Limits(Bounds(equilibrium=1e-10, cone_violation=1e-10), passes=60)

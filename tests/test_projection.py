@@ -21,9 +21,10 @@ from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
 from bipot.meshes.solids import brick
+from bipot.paper import upsetting
 from bipot.response import Body, body_space, rest
 from bipot.scene.loads import Pressure
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tensors import trace
 from studies.fuzz.record import setting_of

@@ -16,7 +16,7 @@ from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.scene.supports import Prescribed
 from tests.courses import HELD
 from tests.scenes import scene, tool

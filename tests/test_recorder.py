@@ -10,11 +10,11 @@ import pytest
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
+from bipot.paper import upsetting
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.results.columns import INCREMENT, Column, certificate, energies
 from bipot.results.lock import NAME
-from bipot.scene.scene import upsetting
 from tests.scenes import refused
 
 SCENE = upsetting(mu=0.3, reduction=0.1, elements=2)

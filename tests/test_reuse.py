@@ -24,12 +24,13 @@ from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
+from bipot.paper import upsetting
 from bipot.programs import condensation
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch
 from bipot.response import TangentKind
-from bipot.scene.scene import Geometry, upsetting
+from bipot.scene.scene import Geometry
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from tests.scenes import posed

@@ -19,9 +19,9 @@ from bipot.hdf5.checked import opened
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
+from bipot.paper import upsetting
 from bipot.results import Recorder
 from bipot.results.fields import NO_CANDIDATE
-from bipot.scene.scene import upsetting
 
 PARAMETERS = {"mu": 0.3, "elements": 3, "form": "tangent"}
 UNITS = {"length": "mm", "force": "N", "stress": "MPa"}

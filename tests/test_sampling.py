@@ -21,7 +21,8 @@ from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, Sampling

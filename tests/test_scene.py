@@ -10,7 +10,8 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import cylinder
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 

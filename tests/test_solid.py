@@ -16,7 +16,8 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration, Scratch, Stresses
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210.0, 0.3), Linear(0.3, 0.5))

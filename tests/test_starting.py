@@ -12,10 +12,9 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
 from bipot.laws.hardening import Perfect
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.paper import as_written
+from bipot.paper import as_written, upsetting
 from bipot.paths import Amplitude
 from bipot.scene.loads import BodyForce, Pressure
-from bipot.scene.scene import upsetting
 from bipot.tools.poses import Force
 from tests.scenes import refused, scene, tool
 

@@ -6,7 +6,7 @@ import pytest
 
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.meshes.elements import Element
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from paper_figs import fig_corner
 from studies import corner
 from studies.corner import alternation, constraints, unevenness

@@ -10,8 +10,8 @@ import pytest
 from bipot.errors import ResultsError
 from bipot.forms import Dissipation, Newton, Penalty, Tangent
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.paper import upsetting
 from bipot.response import Body
-from bipot.scene.scene import upsetting
 from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error
 from studies import optimisers, outputs, penalty_round_off, penalty_vs_conic, speed_vs_error
 from studies.runs import Run, curve_error, record, stick_creep, traction_errors

@@ -20,9 +20,10 @@ from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
+from bipot.paper import upsetting
 from bipot.results.description import describe
 from bipot.scene.loads import BodyForce, PointForce, Traction
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.tool import FlatTool
 from studies.fuzz.unfolded import about

@@ -11,8 +11,9 @@ from bipot.marching import Schedule, march
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder
+from bipot.paper import upsetting
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.tool import FlatTool, Sampling
 from tests.test_symmetry import BASE, HEIGHT, LEFT, STEEL, WIDTH, part

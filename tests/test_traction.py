@@ -17,7 +17,7 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.coulomb import CARRIES, Status
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene.scene import upsetting
+from bipot.paper import upsetting
 from bipot.traction import (
     SLIP_TOLERANCE,
     consistent_tractions,

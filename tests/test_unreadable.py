@@ -7,9 +7,9 @@ import pytest
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
+from bipot.paper import upsetting
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
-from bipot.scene.scene import upsetting
 from tests.corpus import case, runs, whole
 from tests.corpus.hdf5 import of_dataset
 from tests.corpus.refusals import refused

@@ -16,8 +16,6 @@ from bipot.errors import (
     InvertedElement,
     SceneError,
     require,
-    require_count,
-    require_number,
     require_tuple,
     require_type,
 )
@@ -27,14 +25,8 @@ from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.strainless import require_strained
-from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
-from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.meshes.cells import require_sides
-from bipot.meshes.elements import Element
-from bipot.meshes.layout import Layout, require_layout_room
 from bipot.meshes.mesh import Mesh
-from bipot.meshes.sections import cylinder
 from bipot.paths import corners
 from bipot.scene.between import Surroundings
 from bipot.scene.between_faces import Skin
@@ -45,10 +37,10 @@ from bipot.scene.holding import Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure
 from bipot.scene.paces import Moved, Paces, paces_of
-from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.scene.supports import Prescribed, Support
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
 from bipot.tools.poses import pose_size
-from bipot.tools.tool import AnyTool, FlatTool, Sampling, Tool
+from bipot.tools.tool import AnyTool, Tool
 from bipot.typing import Bools, Floats
 
 IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
@@ -254,59 +246,3 @@ class Scene:
             moving = [driven for driven in self.holding.driven if driven.support.displacement]
             driven = [d.support.boundary for d in moving if d.ways[self.on_axis[d.nodes], 0].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
-
-
-def upsetting(
-    *,
-    mu: float,
-    reduction: float = 0.45,
-    height: float = 10.0,
-    diameter: float = 10.0,
-    young: float = 210_000.0,
-    poisson: float = 0.3,
-    hardening: Hardening | None = None,
-    elements: int = 10,
-    element: Element = Element.Q8,
-    quadrature: Quadrature | None = None,
-    volume: VolumeChange | None = VolumeChange.AS_IS,
-    configuration: Configuration = Configuration.MIDPOINT,
-    layout: Layout = Layout.TENSOR,
-    sampling: Sampling = Sampling.NODES,
-) -> Scene:
-    """The seed paper's cylinder between rigid flat punches, as the quarter r, z >= 0 of its meridian plane.
-
-    The paper's data are the defaults (N, mm, MPa): 10 x 10 mm, E = 210000, nu = 0.3, sigma_Y = 300, perfect
-    plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) times the initial one.
-    Quadratic elements with a projected ``volume`` reach 45 % in the fanned ``layout`` only
-    (:class:`~bipot.meshes.layout.Layout`).
-
-    Raises:
-        SceneError: naming the field, the value and the allowed range.
-
-    >>> upsetting(mu=0.1).tools[0].travel
-    (0.0, -2.25)
-    """
-    require_number(reduction, "reduction")
-    require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
-    require_sides(height=height, diameter=diameter)
-    require_count(elements, "elements")
-    require_type(element, Element, "element")
-    require_layout_room((elements, elements), element, layout, ("elements", "elements"))
-    punch = FlatTool(
-        point=(0.0, height / 2),
-        normal=(0.0, -1.0),
-        travel=(0.0, -reduction * height / 2),
-        candidates=("top", "side"),
-        mu=mu,
-        sampling=sampling,
-    )
-    return Scene(
-        mesh=cylinder(diameter / 2, height / 2, elements, elements, element=element, layout=layout),
-        geometry=Geometry.AXISYMMETRIC,
-        material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
-        supports=(Support("axis", 0), Symmetry("base", 1)),
-        tools=(punch,),
-        quadrature=quadrature,
-        volume=volume,
-        configuration=configuration,
-    )

@@ -18,7 +18,8 @@ from bipot.errors import IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.layout import Layout
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.tools.tool import Sampling
 from studies.accuracy.choice import Choice, Pace, job_of
 from studies.command import command, say

@@ -17,7 +17,8 @@ import numpy as np
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import cylinder
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.typing import Floats, Ints
 
 NODES, FACES = "NODE TO SURFACE", "SURFACE TO SURFACE"

@@ -11,8 +11,9 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, ring
+from bipot.paper import upsetting
 from bipot.paths import Path
-from bipot.scene.scene import Scene, upsetting
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tools.tool import FlatTool
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bipot.meshes.layout import Layout
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.tools.tool import Sampling
 from studies.accuracy.row import Discretisation
 from studies.element_types import ElementType

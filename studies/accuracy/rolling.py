@@ -25,7 +25,8 @@ from bipot.marching import Control, march, system_of
 from bipot.meshes.cells import Fine
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import cylinder
-from bipot.scene.scene import Scene, upsetting
+from bipot.paper import upsetting
+from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import MARKS, REDUCTION, beside
