@@ -141,3 +141,13 @@ def with_course(accepted, **changes):
     forces = changes.get("state", course.state).forces
     largest = max(course.largest, float(np.abs(forces).max(initial=0.0)))
     return replace(accepted, course=replace(course, largest=largest, **changes))
+
+
+@dataclass(frozen=True)
+class Listed(Schedule):
+    """A schedule that ends its increments where it is told."""
+
+    ends: tuple[float, ...] = ()
+
+    def times(self):
+        return list(self.ends)

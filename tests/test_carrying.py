@@ -1,6 +1,6 @@
 """What flow goes on is found from the material: where a guess is wrong, where points stop, and what is refused."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -18,23 +18,13 @@ from bipot.increment import LeftOff, Limits, solve_increment
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.marching import system_of
-from tests.scenes import run
+from tests.scenes import Listed, run
 
 REDUCTION = 0.02
 SCENE = upsetting(mu=0.1, reduction=REDUCTION, elements=4)
 FIRST = 0.001 / REDUCTION
 CLOSE = 1e-7
 """What a ratio measured, not known, may change in a force: backward Euler misses ten times that at least."""
-
-
-@dataclass(frozen=True)
-class Listed(Schedule):
-    """A schedule that ends its increments where it is told."""
-
-    ends: tuple[float, ...] = ()
-
-    def times(self):
-        return list(self.ends)
 
 
 def with_punch(scene, **changes):

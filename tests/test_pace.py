@@ -1,6 +1,6 @@
 """A change of pace, in which all goes on in the same proportions, changes no answer: the body is rate-independent."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -22,20 +22,11 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
+from tests.scenes import Listed
 
 METAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 600.0))
 TRAVELS = np.array([0.02, 0.04, 0.08, 0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
 HALF = 0.5
-
-
-@dataclass(frozen=True)
-class Listed(Schedule):
-    """A schedule that ends its increments where it is told."""
-
-    ends: tuple[float, ...] = ()
-
-    def times(self):
-        return list(self.ends)
 
 
 def clock(quicker):

@@ -1,6 +1,6 @@
 """Bodies that a tool which turns takes along: what another tool meets goes with it as a rigid body."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,20 +29,11 @@ from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
 from studies.fuzz.solid import measured as measured_in_space
+from tests.scenes import Listed
 
 HARD = VonMises(Elasticity(1e3, 0.0), Linear(1e4, 1.0))
 """Never yields here."""
 ANGLE, ALONG, MU = 0.02, 0.1, 0.2
-
-
-@dataclass(frozen=True)
-class Listed(Schedule):
-    """A schedule that ends its increments where it is told."""
-
-    ends: tuple[float, ...] = ()
-
-    def times(self):
-        return list(self.ends)
 
 
 def slab(dimension: int, beneath: AnyTool, angle: float = ANGLE, mu: float = np.inf, supports=(), axis=None) -> Scene:
