@@ -235,12 +235,13 @@ def _after(shared: Shared, course: Course, found: Found, target: float) -> Cours
         proposed = shared.pacer.next(length, found.estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
-    # An increment paced by accuracy that was not cut ends as one of the schedule does.
-    paced = shared.pacer is not None and found.landing is None and length >= found.uncut * (1 - 1e-9)
-    if tau == target or paced:
+    # An increment paced by accuracy that was not cut, or is to be shorter, ends as one of the schedule does.
+    paced = length >= found.uncut * (1 - 1e-9) or proposed < length
+    if tau == target or (shared.pacer is not None and found.landing is None and paced):
         return after
     if found.landing is None:
-        return replace(after, size=min(2 * length, target - tau), uncut=found.uncut, landed=landed)
+        longer = 2 * length if math.isnan(proposed) else proposed
+        return replace(after, size=min(longer, target - tau), uncut=found.uncut, landed=landed)
     landed[found.landing.candidate] = True
     rest = found.increment.tau - tau
     return replace(after, size=rest, uncut=rest, landed=landed)

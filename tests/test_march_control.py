@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.control import attempting
+from bipot.control import attempting, pacing
 from bipot.errors import IncrementFailed, NotConverged, ProgramError, SceneError, UnsuitedForm
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
@@ -120,6 +120,15 @@ def test_on_a_fine_mesh_newton_goes_half_the_way_instead_of_a_conic_program():
     assert set(passes) == {FormName.NEWTON}
     assert any("cut" in increment.reason for increment in accepted)
     assert len(passes) < 110
+
+
+def test_after_a_cut_increments_by_accuracy_stay_as_short_as_long_as_they_take_many_passes(monkeypatch):
+    """Twice the length would fail again each time, as it did here 23 times."""
+    monkeypatch.setattr(pacing, "QUICK", 0)
+    scene = upsetting(mu=0.0, reduction=0.3, elements=1)
+    accepted = list(march(scene, Schedule(accuracy=1e-2), Control(FailsAbove(0.1), fallbacks=())))
+    assert len(accepted) > 10
+    assert sum("too long" in increment.reason for increment in accepted) == 1
 
 
 def test_an_increment_that_fails_for_good_carries_the_state_and_advice():
