@@ -8,7 +8,22 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot import Element, Scene
+from bipot import (
+    Control,
+    Elasticity,
+    Element,
+    FlatTool,
+    Geometry,
+    Newton,
+    Perfect,
+    Prescribed,
+    Scene,
+    Schedule,
+    Symmetry,
+    VonMises,
+    march,
+)
+from bipot.meshes.solids import brick
 from bipot.response import State
 from studies.fuzz.judge import Ran, run
 from studies.fuzz.row import Outcome
@@ -17,6 +32,7 @@ from studies.fuzz.solid import LIMITS, disagreement, faults, judge_solid, measur
 from studies.fuzz.solid_contacts import framed
 from studies.fuzz.solid_scenes import draw_solid
 from studies.fuzz.solid_touching import projected
+from studies.fuzz.solid_unfolded import unfolded
 from studies.fuzz.solid_variants import symmetries, turned, variants
 from studies.independent.solid import face_forces, orientation, places, rotation
 from tests.scenes import with_course
@@ -86,6 +102,18 @@ def test_forces_that_differ_between_variants_are_found():
     other = run(found, seen.scene)
     assert disagreement(ran, other, seen, 0.0) < 1e-5
     assert disagreement(planted(forces=1.001 * end().forces), other, seen, 0.0) == pytest.approx(1e-3, rel=0.05)
+
+
+def test_friction_of_nodes_that_supports_and_a_plane_hold_is_that_of_the_whole_body():
+    """A node held along both tangents states no friction of its own; the whole body's has one free."""
+    supports = Prescribed("left", 0, 0.01), Symmetry("front", 1)
+    lid = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.05), ("top",), 0.2)
+    rest = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), 0.0)
+    mesh, material = brick(1.0, 1.0, 1.0, 1, 1, 2), VonMises(Elasticity(1e3, 0.3), Perfect(1e3))
+    half = Scene(mesh, Geometry.SOLID, material, supports, (lid, rest))
+    whole = unfolded(half, supports[1])
+    ran = [Ran(one, list(march(one, Schedule(1), Control(Newton()))), "") for one in (half, whole.scene)]
+    assert disagreement(*ran, whole, 0.0) < 1e-12
 
 
 def test_axes_exchanged_twice_are_the_scene():

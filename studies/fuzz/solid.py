@@ -138,9 +138,10 @@ def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
 
 
 def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:
-    """Contact forces (tools, a, 3) as vectors on nodes."""
+    """Contact forces (tools, a, 3) as vectors on nodes, with the friction of nodes that supports hold there."""
     c, count = touching(scene, accepted), len(scene.mesh.nodes)
-    vectors, own = c.vectors(accepted.state.forces), c.tool[c.owner] == np.arange(len(scene.tools))[:, None]
+    vectors = c.vectors(c.rubbed(accepted.state.forces))
+    own = c.tool[c.owner] == np.arange(len(scene.tools))[:, None]
     return np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0), count) for mine in own])
 
 
