@@ -65,8 +65,12 @@ class Increment:
 
     @cached_property
     def paces(self) -> Paces:
-        """The kinks of supports, loads and tools that may reach the body, and at which the pace alone changes."""
-        return self.system.body.scene.paces(self.system.candidates.reached(self.rows.gap))
+        """The kinks of supports, loads and tools that may reach the body, and at which the pace alone changes.
+
+        A tool that leaves it counts, however far it goes: what it pressed comes free.
+        """
+        gap = np.minimum(self.start.gap, self.rows.gap)
+        return self.system.body.scene.paces(self.system.candidates.reached(gap))
 
     @property
     def turns(self) -> bool:

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot import Control, FlatTool, Newton, Pressure, Schedule, ShapedTool, march, upsetting
+from bipot import Control, Dissipation, FlatTool, Newton, Pressure, Schedule, ShapedTool, march, upsetting
 from bipot.control.estimate import error_estimate
 from bipot.control.lag import lag
 from bipot.control.yielding import is_past_yield
@@ -173,6 +173,30 @@ def test_past_a_turn_of_the_path_the_pace_does_not_matter_either(quicker):
     even, other = turning(0.5), turning(quicker / (1 + quicker))
     assert even[10].solved.response.state is not even[10].start, "no flow was carried on"
     np.testing.assert_allclose(forces(other), forces(even), rtol=0, atol=1e-7 * np.abs(forces(even)).max())
+
+
+@pytest.mark.parametrize("form", [Newton(), Dissipation()])
+def test_a_tool_that_leaves_turns_the_path_however_far_it_goes(form):
+    """Beside one that goes on: the flow beneath the other is none that goes on, wherever that is by the end."""
+
+    def squeezed(away):
+        pressed, held = ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0 - away / 0.02)), (Support("left", 0),)
+        lid = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.02), ("top",), 0.3, pressed)
+        bed, slide = (
+            FlatTool(point, normal, travel, (boundary,), 0.1)
+            for point, normal, travel, boundary in (
+                ((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), "base"),
+                ((2.0, 0.0), (-1.0, 0.0), (-0.2, 0.0), "right"),
+            )
+        )
+        scene = Scene(block(2.0, 1.0, 4, 3), Geometry.PLANE_STRAIN, METAL, held, (lid, bed, slide))
+        *_, last = march(scene, Listed(1, ends=(0.25, 0.5, 0.75)), Control(form))
+        return last
+
+    near, far = squeezed(5.0), squeezed(100.0)
+    assert near.solved.iterate.increment.turns
+    assert far.solved.iterate.increment.turns
+    np.testing.assert_allclose(far.state.peeq, near.state.peeq, rtol=0, atol=1e-6)
 
 
 REST = (0.0, 0.0)
