@@ -158,6 +158,23 @@ def test_a_march_resumed_at_a_change_of_pace_goes_on_to_the_last_bit():
         np.testing.assert_array_equal(forces(again), forces(rest))
 
 
+@pytest.mark.parametrize("length", [2**-27, 2**-31, 2**-37])
+def test_what_comes_in_next_to_no_time_is_a_change_of_pace_as_well(length):
+    """Kinks next to each other were one, or increments had no digits, without an end; and its courses were refused."""
+    path = ((0.0, 0.0), (0.5, 2e-9), (0.5 + length, 0.5), (1.0, 1.0))
+    scene = upset(1.0)
+    jumps = replace(scene, tools=(replace(scene.tools[0], path=path), *scene.tools[1:]))
+    ends = (0.5, 0.5 + length, 0.75, 1.0)
+    whole = list(march(jumps, Listed(1, ends=ends), Control(Newton())))
+    even = marched(upset, 1.0, (2e-9, 0.5, 0.75, 1.0))
+    assert [a.passes for a in whole] == [a.passes for a in even]
+    np.testing.assert_allclose(forces(whole), forces(even), rtol=0, atol=1e-9 * np.abs(forces(even)).max())
+    again = march(jumps, Listed(1, ends=ends), Control(Newton()), whole[1].course)
+    np.testing.assert_array_equal(forces(again), forces(whole[2:]))
+    paced = list(march(jumps, Schedule(accuracy=1e-2), Control(Newton())))
+    np.testing.assert_allclose(forces(paced)[-1], forces(even)[-1], rtol=0, atol=1e-2 * np.abs(forces(even)).max())
+
+
 @pytest.mark.parametrize("quicker", [2.0, 0.1])
 def test_past_a_turn_of_the_path_the_pace_does_not_matter_either(quicker):
     """Pressed, then slid at another pace: lengths in pseudo-time tell nothing of how much flow goes on there."""
@@ -218,6 +235,11 @@ REST = (0.0, 0.0)
         ([(((0, REST), (0.5, (1.0, 1.0)), (1, (2.0, 2.0 + 1e-9))), (1.0, 1.0))], [0.5], [np.nan]),
         ([(((0, 1.0), (0.5, 1.0), (1, 2.0)), (1.0,)), (((0, 0.0), (1, 2.0)), (1.0,))], [0.5], [np.nan]),
         ([(((0, 0.0), (1e-13, 1.0), (0.5, 1.0), (1, 2.0)), (1.0,)), (((0, 0.0), (1, 2.0)), (1.0,))], [0.5], [np.nan]),
+        (
+            [(((0, 0.0), (0.5, 1.0), (0.5 + 2**-31, 2.0), (1, 2.5)), (1.0,))],
+            [0.5, 0.5 + 2**-31],
+            [2**30, 2**-31 / (1 - 2**-30)],
+        ),
         ([(((0, 1.0), (1, 0.0)), (1.0,))], [1e-9], [np.nan]),
         ([(((0, 0.0), (0.5, 1e-11), (1, 1.0)), (1.0,))], [0.5], [np.nan]),
         ([(((0, 0.0), (1, 1.0)), (1.0,))], [], []),

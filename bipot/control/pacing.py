@@ -88,7 +88,7 @@ class Pacer:
         if math.isnan(proposed) or whole.turns:
             proposed, least = self._first(whole)
         else:
-            proposed /= whole.quicker
+            proposed = max(proposed / whole.quicker, LEAST_LENGTH)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= least else min(proposed, left)
 
