@@ -19,9 +19,10 @@ from bipot.meshes.solids import brick
 from bipot.paths import Amplitude
 from bipot.scene.paces import Paces, paces_of
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed, Support
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
+from studies.fuzz.unfolded import unfolded
 from tests.scenes import Listed
 
 METAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 600.0))
@@ -214,6 +215,17 @@ def test_a_tool_that_leaves_turns_the_path_however_far_it_goes(form):
     assert near.solved.iterate.increment.turns
     assert far.solved.iterate.increment.turns
     np.testing.assert_allclose(far.state.peeq, near.state.peeq, rtol=0, atol=1e-6)
+
+
+def test_half_of_a_body_is_in_reach_of_what_the_whole_is():
+    """Beside it something stops that is farther off than ten of the half, and nearer than ten of the whole."""
+    stops = FlatTool((16.0, 0.0), (-1.0, 0.0), (0.1, 0.0), ("right",), 0.1, ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
+    lid = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1)
+    held = Symmetry("left", 0), Support("base", 1)
+    half = Scene(block(1.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, METAL, held, (lid, stops))
+    (seen,) = unfolded(half)
+    turns = [list(march(scene, Schedule(2)))[-1].solved.iterate.increment.turns for scene in (half, seen.scene)]
+    assert turns[0] == turns[1]
 
 
 REST = (0.0, 0.0)
