@@ -20,7 +20,8 @@ from bipot.paths import Amplitude
 from bipot.scene.paces import Paces, paces_of
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.poses import Turn
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Moment, Turn
 from bipot.tools.surfaces import Plane
 from studies.fuzz.unfolded import unfolded
 from tests.scenes import Listed
@@ -90,6 +91,13 @@ def beside(quicker):
     return replace(scene, tools=(*scene.tools, FlatTool((1000.0, 0.0), (-1.0, 0.0), (10.0, 0.0), ("side",), 0.1)))
 
 
+def idle(quicker):
+    """Beside a roll that would turn freely and under a pressure of none, both at an even pace."""
+    scene, centre = slid(quicker), (-1.0, 0.5)
+    roll = ShapedTool(Circle(centre, 0.5), (0.0, 0.0), ("left",), 0.3, turn=Turn(0.0, centre, driven_by=Moment(0.0)))
+    return replace(scene, tools=(*scene.tools, roll), loads=(*scene.loads, Pressure("right", 0.0)))
+
+
 @cache
 def marched(make, quicker, travels=tuple(TRAVELS)):
     ends = clock(quicker)(np.array(travels)).tolist()
@@ -100,7 +108,7 @@ def forces(steps):
     return np.array([a.tool_forces for a in steps])
 
 
-SCENES = pytest.mark.parametrize("make", [upset, slid, twisted, driven, beside])
+SCENES = pytest.mark.parametrize("make", [upset, slid, twisted, driven, beside, idle])
 
 
 @SCENES
