@@ -23,7 +23,7 @@ from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.scales import units_of
 from bipot.scene.paces import Paces
-from bipot.schedule import SAME
+from bipot.schedule import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
@@ -65,8 +65,12 @@ class Increment:
 
     @cached_property
     def paces(self) -> Paces:
-        """The kinks of supports, loads and tools that may reach the body, and at which the pace alone changes."""
-        return self.system.body.scene.paces(self.system.candidates.reached(self.rows.gap))
+        """The kinks of supports, loads and tools that may reach the body, and at which the pace alone changes.
+
+        A tool that leaves it counts, however far it goes: what it pressed comes free.
+        """
+        gap = np.minimum(self.start.gap, self.rows.gap)
+        return self.system.body.scene.paces(self.system.candidates.reached(gap))
 
     @property
     def turns(self) -> bool:
@@ -81,7 +85,7 @@ class Increment:
     @property
     def _at_kink(self) -> bool:
         """Whether any rate changes at its start."""
-        return any(abs(kink - self.start.tau) <= SAME for kink in self.system.body.scene.kinks)
+        return any(abs(kink - self.start.tau) <= ROUND_OFF for kink in self.system.body.scene.kinks)
 
     @property
     def before(self) -> float:

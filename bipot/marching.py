@@ -184,7 +184,10 @@ def _estimated(shared: Shared, course: Course, found: Found) -> Found:
 
 
 def _halved(shared: Shared, course: Course, target: float) -> Found:
-    """The increment of the course's length or less, halved until an attempt solves it."""
+    """The increment of the course's length or less, halved until an attempt solves it.
+
+    Where none does, those of which a program was spared are tried with it.
+    """
     state, anew = course.state, target - course.state.tau
     if shared.pacer is not None:
         anew = shared.pacer.length(shared.system, state, course.proposed, target)
@@ -192,23 +195,40 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
     # Half of an increment that has no more digits is none, or the whole of it again.
     least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
     spared = max(uncut / 2**shared.control.spared * (1 + 1e-9), 2 * least * (1 - 1e-9))
-    cuts, passes, reasons = 0, 0, list[Reason]()
+    cuts, passes, reasons, longer = 0, 0, list[Reason](), list[Increment]()
+
+    def tried(increment: Increment, sparing: bool) -> Attempt:
+        nonlocal passes
+        attempt = shared.attempt(increment, course.largest, sparing)
+        passes += attempt.passes
+        reasons.extend(attempt.failures)
+        return attempt
+
+    def found(increment: Increment, attempt: Attempt, solved: Solved) -> Found:
+        return Found(increment, attempt, solved, uncut, cuts, passes, tuple(reasons))
+
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        attempt = shared.attempt(increment, course.largest, tau - state.tau >= spared)
-        passes += attempt.passes
-        reasons += attempt.failures
+        attempt = tried(increment, tau - state.tau >= spared)
         if attempt.solved is not None:
-            return Found(increment, attempt, attempt.solved, uncut, cuts, passes, tuple(reasons))
+            return found(increment, attempt, attempt.solved)
+        if attempt.spared:
+            longer.append(increment)
         # Counted from what was scheduled: from the last success they creep up to a wall without an end.
         if tau - state.tau < 2 * least * (1 - 1e-9):
-            ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
-            raise given_up(increment, attempt, cuts, shared.cache.pace, ahead)
+            break
         cuts += 1
         size = (tau - state.tau) / 2
         reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
+    # A program may solve the longer increments that it was spared where it fails on shorter ones.
+    for whole in longer:
+        attempted = tried(whole, False)
+        if attempted.solved is not None:
+            return found(whole, attempted, attempted.solved)
+    ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
+    raise given_up(increment, attempt, cuts, shared.cache.pace, ahead)
 
 
 def _located(shared: Shared, course: Course, found: Found) -> Found:

@@ -29,8 +29,9 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
     """The predicted iterate; in a short increment where it is far off, that of the last velocity if nearer to balance.
 
     Near a landing the velocity changes direction from increment to increment, and extrapolating it may lead away from
-    the answer. Where the prediction folds an element or strains it by more than an answer may, as at rest where
-    supports carry the body by more than one, the body goes along with its supports.
+    the answer. Where loads go on faster, which may be because the body resists more, the other start is that of rest,
+    in increments of any length. Where the prediction folds an element or strains it by more than an answer may, as at
+    rest where supports carry the body by more than one, the body goes along with its supports.
 
     Raises:
         InvertedElement: that folds an element, too.
@@ -48,14 +49,16 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
         with suppress(InvertedElement):
             carried = increment.at(_carried(increment))
             return carried if _strain(carried) < MOST_STRAINED else going
-    if not going.x.any() or increment.units.length > SHORT * increment.units.size:
+    leaps = increment.quicker > 1 and increment.loads.changes
+    if not going.x.any() or (not leaps and increment.units.length > SHORT * increment.units.size):
         return going
     off = unbalanced(going)
     if off > max(FAR, bounds.equilibrium):
         with suppress(InvertedElement, NotConverged):
-            kept = increment.at(increment.system.body.space.gather(increment.rates * (increment.tau - start.tau)))
-            if unbalanced(kept) < NEARER * off:
-                return kept
+            kept = np.zeros_like(increment.rates) if leaps else increment.rates * (increment.tau - start.tau)
+            other = increment.at(increment.system.body.space.gather(kept))
+            if unbalanced(other) < NEARER * off:
+                return other
     return going
 
 

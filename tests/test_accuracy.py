@@ -9,7 +9,7 @@ import pytest
 
 from bipot.control.estimate import error_estimate
 from bipot.control.landing import Locate
-from bipot.control.pacing import CHEAPEST, QUICK, REFUSED, Pacer
+from bipot.control.pacing import BEGUN, CHEAPEST, QUICK, REFUSED, Pacer
 from bipot.control.reason import ReasonKind
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
@@ -228,6 +228,15 @@ def test_the_last_increments_are_longer_rather_than_one_more():
     state = replace(system.rest(), tau=0.4)
     lengths = {ratio: Pacer(1e-3).length(system, state, 0.6 / ratio, 1.0) / 0.6 for ratio in (1.0, 1.2, 1.3, 2.2, 2.3)}
     assert lengths == pytest.approx({1.0: 1, 1.2: 1, 1.3: 1 / 2, 2.2: 1 / 2, 2.3: 1 / 3})
+
+
+def test_whether_one_more_increment_is_saved_does_not_hang_on_round_off():
+    """Where flow began the next one is shorter: the rest, as long as the last one, is longer by just a quarter."""
+    system = system_of(cylinder(0.1, elements=2))
+    for begun in np.random.default_rng(1).uniform(0.1, 0.9, 50).tolist():
+        middle = (begun + 1) / 2
+        length = Pacer(1e-3).length(system, replace(system.rest(), tau=middle), BEGUN * (middle - begun), 1.0)
+        assert length == pytest.approx(middle - begun)
 
 
 def test_the_first_increment_leaves_no_short_rest():

@@ -80,7 +80,7 @@ def test_so_are_those_of_the_increment_before(course, changes, words):
         (lambda c: _before(c, velocity=c.before.velocity[1:]), "start.before.velocity = 'of shape"),
         (lambda c: _before(c, velocity=NAN * c.before.velocity), "start.before.velocity = 'NaN or infinite'"),
         (lambda c: _before(c, tau=0.9), "start.before.tau = 0.9: must be below start.state.tau, 0.48"),
-        (lambda c: _before(c, middle=0.4), "start.before.middle = 0.4: must be below start.before.tau"),
+        (lambda c: _before(c, middle=0.41), "start.before.middle = 0.41: must be at most start.before.tau"),
         (lambda c: _state(c, nodes=c.state.nodes + 1.0), "start.nodes = 'held ones'"),
         (lambda c: _state(c, stress=10 * c.state.stress), "start.stress"),
     ],

@@ -1,5 +1,6 @@
 """Curved tools that forces press: marches as by paths, balances recomputed; the tangent of all that is driven."""
 
+import itertools
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -79,6 +80,24 @@ def test_forms_agree_under_a_punch_that_a_force_presses(form):
     np.testing.assert_allclose(
         [there[round(a.state.tau, 9)].tool_forces[0, 1] for a in one], forces(one)[:, 1], rtol=1e-6
     )
+
+
+def test_a_force_that_grows_many_times_as_fast_where_nodes_land_takes_few_passes():
+    """The body resists more there: from what it went before, so many times as fast, Newton strayed."""
+    control = Control(Newton(), (), Limits(EXACT), integration=Integration.BACKWARD_EULER)
+
+    def begun(scene):
+        return list(itertools.islice(march(scene, Schedule(20, first=0.01), control), 6))
+
+    scene = pressed(Geometry.AXISYMMETRIC)
+    one = begun(scene)
+    pushes = [(a.state.tau, float(a.tool_force(0)[1])) for a in one]
+    force = Force((0.0, -1.0), Amplitude(((0.0, 0.0), *((tau, -push) for tau, push in pushes), (1.0, -pushes[-1][1]))))
+    other = begun(replace(scene, tools=(replace(scene.tools[0], travel=(0.0, 0.0), driven_by=force),)))
+    assert max(a.solved.iterate.increment.quicker for a in other) > 50
+    assert [a.cuts for a in other] == [0] * len(one)
+    assert max(a.passes for a in other) < 10
+    np.testing.assert_allclose([a.tool_pose(0)[1] for a in other], [-0.1 * a.state.tau for a in one], atol=1e-9)
 
 
 def test_newton_converges_quadratically_under_a_punch_that_a_force_presses():

@@ -98,13 +98,38 @@ def test_what_a_shorter_increment_would_not_help_spares_no_form(why, monkeypatch
     assert asked == [(FormName.NEWTON, 1.0), (FormName.DISSIPATION, 1.0)]
 
 
-def tried_in_turn(failure, monkeypatch):
-    """The forms tried with the lengths of the increments in pseudo-time; all but the dissipation program fail."""
+@pytest.mark.parametrize("length", [1.0, 0.5])
+def test_where_shorter_increments_fail_the_program_solves_the_longest_that_it_was_spared(length, monkeypatch):
+    """As in a scene of one cut, whose first increment it solves as a whole and not in halves: nothing was accepted."""
+    asked = tried_in_turn(NotConverged("cycles"), monkeypatch, {length})
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    accepted = next(march(scene, Schedule(1), Control(Newton(), (Dissipation(),), cuts=3)))
+    assert (accepted.form, accepted.state.tau, accepted.cuts) == (FormName.DISSIPATION, length, 3)
+    assert accepted.strayed
+    programs = [own for form, own in asked if form is FormName.DISSIPATION]
+    assert programs == [0.25, 0.125, *[own for own in (1.0, 0.5) if own >= length]]
+
+
+@pytest.mark.parametrize(("fallbacks", "again"), [((), []), ((Dissipation(),), [1.0, 0.5])])
+def test_what_no_form_solves_is_tried_again_only_where_one_was_spared(fallbacks, again, monkeypatch):
+    asked = tried_in_turn(NotConverged("cycles"), monkeypatch, set())
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    with pytest.raises(IncrementFailed, match=r"increment from tau = 0 to 0\.125 failed"):
+        next(march(scene, Schedule(1), Control(Newton(), fallbacks, cuts=3)))
+    assert [own for form, own in asked if form is FormName.NEWTON] == [1.0, 0.5, 0.25, 0.125, *again]
+
+
+def tried_in_turn(failure, monkeypatch, lengths=None):
+    """The forms tried with the lengths of the increments in pseudo-time; all fail but the dissipation program.
+
+    It solves those of one of the ``lengths``, any if these are None.
+    """
     asked, solve = list[tuple[FormName, float]](), attempting.solve_increment
 
     def tried(increment, form, *rest):
-        asked.append((form.name, increment.tau - increment.start.tau))
-        if form.name is not FormName.DISSIPATION:
+        length = increment.tau - increment.start.tau
+        asked.append((form.name, length))
+        if form.name is not FormName.DISSIPATION or not (lengths is None or length in lengths):
             raise failure
         return solve(increment, form, *rest)
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot import Control, FlatTool, Newton, Pressure, Schedule, ShapedTool, march, upsetting
+from bipot import Control, Dissipation, FlatTool, Newton, Pressure, Schedule, ShapedTool, march, upsetting
 from bipot.control.estimate import error_estimate
 from bipot.control.lag import lag
 from bipot.control.yielding import is_past_yield
@@ -19,9 +19,11 @@ from bipot.meshes.solids import brick
 from bipot.paths import Amplitude
 from bipot.scene.paces import Paces, paces_of
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed, Support
-from bipot.tools.poses import Turn
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Moment, Turn
 from bipot.tools.surfaces import Plane
+from studies.fuzz.unfolded import unfolded
 from tests.scenes import Listed
 
 METAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 600.0))
@@ -89,6 +91,13 @@ def beside(quicker):
     return replace(scene, tools=(*scene.tools, FlatTool((1000.0, 0.0), (-1.0, 0.0), (10.0, 0.0), ("side",), 0.1)))
 
 
+def idle(quicker):
+    """Beside a roll that would turn freely and under a pressure of none, both at an even pace."""
+    scene, centre = slid(quicker), (-1.0, 0.5)
+    roll = ShapedTool(Circle(centre, 0.5), (0.0, 0.0), ("left",), 0.3, turn=Turn(0.0, centre, driven_by=Moment(0.0)))
+    return replace(scene, tools=(*scene.tools, roll), loads=(*scene.loads, Pressure("right", 0.0)))
+
+
 @cache
 def marched(make, quicker, travels=tuple(TRAVELS)):
     ends = clock(quicker)(np.array(travels)).tolist()
@@ -99,7 +108,7 @@ def forces(steps):
     return np.array([a.tool_forces for a in steps])
 
 
-SCENES = pytest.mark.parametrize("make", [upset, slid, twisted, driven, beside])
+SCENES = pytest.mark.parametrize("make", [upset, slid, twisted, driven, beside, idle])
 
 
 @SCENES
@@ -158,6 +167,23 @@ def test_a_march_resumed_at_a_change_of_pace_goes_on_to_the_last_bit():
         np.testing.assert_array_equal(forces(again), forces(rest))
 
 
+@pytest.mark.parametrize("length", [2**-27, 2**-31, 2**-37])
+def test_what_comes_in_next_to_no_time_is_a_change_of_pace_as_well(length):
+    """Kinks next to each other were one, or increments had no digits, without an end; and its courses were refused."""
+    path = ((0.0, 0.0), (0.5, 2e-9), (0.5 + length, 0.5), (1.0, 1.0))
+    scene = upset(1.0)
+    jumps = replace(scene, tools=(replace(scene.tools[0], path=path), *scene.tools[1:]))
+    ends = (0.5, 0.5 + length, 0.75, 1.0)
+    whole = list(march(jumps, Listed(1, ends=ends), Control(Newton())))
+    even = marched(upset, 1.0, (2e-9, 0.5, 0.75, 1.0))
+    assert [a.passes for a in whole] == [a.passes for a in even]
+    np.testing.assert_allclose(forces(whole), forces(even), rtol=0, atol=1e-9 * np.abs(forces(even)).max())
+    again = march(jumps, Listed(1, ends=ends), Control(Newton()), whole[1].course)
+    np.testing.assert_array_equal(forces(again), forces(whole[2:]))
+    paced = list(march(jumps, Schedule(accuracy=1e-2), Control(Newton())))
+    np.testing.assert_allclose(forces(paced)[-1], forces(even)[-1], rtol=0, atol=1e-2 * np.abs(forces(even)).max())
+
+
 @pytest.mark.parametrize("quicker", [2.0, 0.1])
 def test_past_a_turn_of_the_path_the_pace_does_not_matter_either(quicker):
     """Pressed, then slid at another pace: lengths in pseudo-time tell nothing of how much flow goes on there."""
@@ -173,6 +199,41 @@ def test_past_a_turn_of_the_path_the_pace_does_not_matter_either(quicker):
     even, other = turning(0.5), turning(quicker / (1 + quicker))
     assert even[10].solved.response.state is not even[10].start, "no flow was carried on"
     np.testing.assert_allclose(forces(other), forces(even), rtol=0, atol=1e-7 * np.abs(forces(even)).max())
+
+
+@pytest.mark.parametrize("form", [Newton(), Dissipation()])
+def test_a_tool_that_leaves_turns_the_path_however_far_it_goes(form):
+    """Beside one that goes on: the flow beneath the other is none that goes on, wherever that is by the end."""
+
+    def squeezed(away):
+        pressed, held = ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0 - away / 0.02)), (Support("left", 0),)
+        lid = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.02), ("top",), 0.3, pressed)
+        bed, slide = (
+            FlatTool(point, normal, travel, (boundary,), 0.1)
+            for point, normal, travel, boundary in (
+                ((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), "base"),
+                ((2.0, 0.0), (-1.0, 0.0), (-0.2, 0.0), "right"),
+            )
+        )
+        scene = Scene(block(2.0, 1.0, 4, 3), Geometry.PLANE_STRAIN, METAL, held, (lid, bed, slide))
+        *_, last = march(scene, Listed(1, ends=(0.25, 0.5, 0.75)), Control(form))
+        return last
+
+    near, far = squeezed(5.0), squeezed(100.0)
+    assert near.solved.iterate.increment.turns
+    assert far.solved.iterate.increment.turns
+    np.testing.assert_allclose(far.state.peeq, near.state.peeq, rtol=0, atol=1e-6)
+
+
+def test_half_of_a_body_is_in_reach_of_what_the_whole_is():
+    """Beside it something stops that is farther off than ten of the half, and nearer than ten of the whole."""
+    stops = FlatTool((16.0, 0.0), (-1.0, 0.0), (0.1, 0.0), ("right",), 0.1, ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
+    lid = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1)
+    held = Symmetry("left", 0), Support("base", 1)
+    half = Scene(block(1.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, METAL, held, (lid, stops))
+    (seen,) = unfolded(half)
+    turns = [list(march(scene, Schedule(2)))[-1].solved.iterate.increment.turns for scene in (half, seen.scene)]
+    assert turns[0] == turns[1]
 
 
 REST = (0.0, 0.0)
@@ -194,6 +255,11 @@ REST = (0.0, 0.0)
         ([(((0, REST), (0.5, (1.0, 1.0)), (1, (2.0, 2.0 + 1e-9))), (1.0, 1.0))], [0.5], [np.nan]),
         ([(((0, 1.0), (0.5, 1.0), (1, 2.0)), (1.0,)), (((0, 0.0), (1, 2.0)), (1.0,))], [0.5], [np.nan]),
         ([(((0, 0.0), (1e-13, 1.0), (0.5, 1.0), (1, 2.0)), (1.0,)), (((0, 0.0), (1, 2.0)), (1.0,))], [0.5], [np.nan]),
+        (
+            [(((0, 0.0), (0.5, 1.0), (0.5 + 2**-31, 2.0), (1, 2.5)), (1.0,))],
+            [0.5, 0.5 + 2**-31],
+            [2**30, 2**-31 / (1 - 2**-30)],
+        ),
         ([(((0, 1.0), (1, 0.0)), (1.0,))], [1e-9], [np.nan]),
         ([(((0, 0.0), (0.5, 1e-11), (1, 1.0)), (1.0,))], [0.5], [np.nan]),
         ([(((0, 0.0), (1, 1.0)), (1.0,))], [], []),

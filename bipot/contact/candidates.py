@@ -40,7 +40,7 @@ from bipot.typing import Bools, Floats, Ints, einsum
 ROUND_OFF = 8 * float(np.finfo(float).eps)
 
 REACH = 10.0
-"""A tool farther from the body than this many of its sizes is out of reach."""
+"""A tool farther from the body than this many sizes of the whole body is out of reach."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class Candidates:
 
     def reached(self, gap: Floats) -> Bools:
         """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end if the body rests."""
-        near = self._owned & (gap <= REACH * self.scene.mesh.size)
+        near = self._owned & (gap <= REACH * self.scene.size)
         return np.asarray(near.any(axis=1))
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:

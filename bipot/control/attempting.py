@@ -42,7 +42,7 @@ def attempt_increment(
     """
 
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
-        passes, failures, last, strayed = 0, list[Reason](), None, False
+        passes, failures, last, strayed, spared = 0, list[Reason](), None, False, False
         begins = replace(increment, start=begun)
 
         def count(trial: Trial) -> None:
@@ -52,6 +52,7 @@ def attempt_increment(
 
         for form in control.forms:
             if sparing and form.name is FormName.DISSIPATION and isinstance(last, STRAYED):
+                spared = True
                 continue
             try:
                 solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to, leave)
@@ -62,7 +63,7 @@ def attempt_increment(
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
-        return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed)
+        return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed, spared=spared)
 
     def refused(solved: Solved) -> Reason | None:
         dissipation = Dissipated.of(increment.start, solved)

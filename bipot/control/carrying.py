@@ -70,6 +70,7 @@ class Attempt(NamedTuple):
 
     ``last`` is the failure of the last form tried; ``strayed`` says whether a suited form failed. ``left`` is the
     iterate at which the increment was left unsolved because the flow does not continue as it was carried on.
+    ``spared`` says whether a form was left out.
     """
 
     solved: Solved | None
@@ -79,6 +80,7 @@ class Attempt(NamedTuple):
     last: Exception | None = None
     strayed: bool = False
     left: Near | None = None
+    spared: bool = False
 
     def failed(self, why: Reason) -> Attempt:
         """The same with one more failure."""
@@ -266,5 +268,6 @@ def _without(state: State, solve: Solve, refused: Objection, near_to: Near | Non
 def _joined(tried: list[Attempt]) -> Attempt:
     """The last attempt with the passes and failures of all."""
     failures = tuple(failure for attempt in tried for failure in attempt.failures)
-    strayed = any(attempt.strayed for attempt in tried)
-    return tried[-1]._replace(passes=sum(attempt.passes for attempt in tried), failures=failures, strayed=strayed)
+    strayed, spared = (any(which) for which in zip(*((own.strayed, own.spared) for own in tried), strict=True))
+    passes = sum(attempt.passes for attempt in tried)
+    return tried[-1]._replace(passes=passes, failures=failures, strayed=strayed, spared=spared)

@@ -18,6 +18,7 @@ class Control:
     ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments. Where a form did
     not converge, an increment is halved up to ``spared`` times, if ``cuts`` allow, before the dissipation program
     stands in: one of its passes takes the time of more than ten of Newton's, which often converges in half the way.
+    Where the shortest increments fail as well, it is tried on those longer ones before the march ends.
 
     Raises:
         SceneError: a wrong type, a negative count.

@@ -54,8 +54,9 @@ FINER, USUAL = 0.05, 1e-3
 """Errors of landings and of first yield are of lower order: the length goes with the accuracy from USUAL on by so much
 more than its root."""
 
-SLACK = 0.25
-"""Of an increment, by which the last ones are longer rather than one more."""
+SLACK = 0.25 + 1e-9
+"""Of an increment, by which the last ones are longer rather than one more, with round-off: what is left after a first
+one, and as long as that, is longer by just a quarter than BEGUN of it."""
 
 CURED = 0.7
 """Part of its estimate above which that of a shortened increment is of an event, which is as large in any length."""
@@ -88,7 +89,7 @@ class Pacer:
         if math.isnan(proposed) or whole.turns:
             proposed, least = self._first(whole)
         else:
-            proposed /= whole.quicker
+            proposed = max(proposed / whole.quicker, LEAST_LENGTH)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= least else min(proposed, left)
 

@@ -20,7 +20,7 @@ from bipot.fem.kinematics import gradients
 from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
 from bipot.meshes.mesh import Mesh
 from bipot.paths import RAMP, Amplitude, require_bounded, require_components, vector
-from bipot.typing import Floats, Ints, make_floats
+from bipot.typing import Floats, Ints, Vector, make_floats
 
 
 @runtime_checkable
@@ -134,6 +134,17 @@ class Pressure:
     def check(self, mesh: Mesh) -> None:
         """The boundary is one of the mesh's surface."""
         _surface(self.boundary, mesh, "pressure.boundary")
+
+
+def magnitude(load: Load) -> Vector:
+    """What its amplitude multiplies, in its own units; one of a load of another kind."""
+    match load:
+        case BodyForce() | Traction() | PointForce():
+            return load.vector
+        case Pressure():
+            return (load.pressure,)
+        case _:
+            return (1.0,)
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,7 @@ class Paces:
         """
         end, pace, passed = tau, 1.0, 0.0
         for kink, quicker in reversed(list(zip(self.kinks, self.quicker, strict=True))):
-            if kink <= begun + SAME:
+            if kink <= begun + ROUND_OFF:
                 passed += (end - kink) / pace
                 if math.isnan(quicker):
                     return kink, passed
@@ -63,7 +63,7 @@ class Paces:
 
     def _at(self, tau: float) -> list[float]:
         """The factors of the kinks at ``tau``."""
-        return [q for kink, q in zip(self.kinks, self.quicker, strict=True) if abs(kink - tau) <= SAME]
+        return [q for kink, q in zip(self.kinks, self.quicker, strict=True) if abs(kink - tau) <= ROUND_OFF]
 
 
 @lru_cache(maxsize=64)

@@ -35,7 +35,7 @@ from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Holding
 from bipot.scene.itself import Itself
-from bipot.scene.loads import Dead, Load, Pressure
+from bipot.scene.loads import Dead, Load, Pressure, magnitude
 from bipot.scene.paces import Moved, Paces, paces_of
 from bipot.scene.supports import Prescribed, Support
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
@@ -188,11 +188,12 @@ class Scene:
         return paces_of(self._moved([tool for tool, counts in zip(self.tools, near, strict=True) if counts]))
 
     def _moved(self, tools: Sequence[Tool]) -> tuple[Moved, ...]:
-        """All paths and amplitudes, and what they multiply; of loads and forces, which are none, a number."""
+        """All paths and amplitudes, and what they multiply: that of a roll without a moment changes nothing."""
         turns = [(turn.amplitude.points, (turn.angle,)) for tool in tools if (turn := tool.turn) is not None]
         moving = [(s.amplitude.points, (s.displacement,)) for s in self.supports if isinstance(s, Prescribed)]
-        loads = [(load.amplitude.points, (1.0,)) for load in (*self.loads, *self.drives.by)]
-        return (*moving, *loads, *turns, *((tool.path, tool.travel) for tool in tools))
+        loads = [(load.amplitude.points, magnitude(load)) for load in self.loads]
+        drives = [(drive.amplitude.points, (drive.size,)) for drive in self.drives.by]
+        return (*moving, *loads, *drives, *turns, *((tool.path, tool.travel) for tool in tools))
 
     def origin(self, nodes: Floats) -> Floats:
         """The configuration (a, d) from which an increment is measured when the body is at ``nodes``."""

@@ -82,6 +82,11 @@ class Moment:
         make_floats(self, "value", of="moment.")
         require_bounded(self.value, self.amplitude, "moment.value", LARGEST_STRESS)
 
+    @property
+    def size(self) -> float:
+        """|value|."""
+        return abs(self.value)
+
     def at(self, tau: float) -> float:
         """The moment at pseudo-time ``tau``."""
         return self.value * self.amplitude.at(tau)
