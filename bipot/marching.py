@@ -12,7 +12,6 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import NamedTuple
 
 from bipot.control.accepted import Accepted
 from bipot.control.attempting import attempt_increment
@@ -21,14 +20,15 @@ from bipot.control.control import Control
 from bipot.control.course import Course
 from bipot.control.estimate import error_estimate
 from bipot.control.failing import AHEAD, given_up
-from bipot.control.landing import Landing, locate
+from bipot.control.halving import Found, Halving
+from bipot.control.landing import locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
 from bipot.control.yielding import is_past_yield
 from bipot.errors import require, require_type
 from bipot.forms import Cache
-from bipot.increment import Observer, Solved, unobserved
+from bipot.increment import Observer, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.response import State
@@ -97,23 +97,6 @@ class Shared:
     def attempt(self, increment: Increment, largest: float, sparing: bool = False) -> Attempt:
         """Try the increment, ``sparing`` the dissipation program if it may be halved instead."""
         return attempt_increment(increment, self.control, self.cache, largest, self.observe, sparing)
-
-
-class Found(NamedTuple):
-    """An increment and the attempt that solved it, after ``cuts``; passes and reasons are those of all attempts.
-
-    ``estimate`` is that of the error of ``solved`` (:mod:`bipot.control.estimate`), NaN where nobody asks for it.
-    """
-
-    increment: Increment
-    attempt: Attempt
-    solved: Solved
-    uncut: float
-    cuts: int
-    passes: int
-    reasons: tuple[Reason, ...]
-    landing: Landing | None = None
-    estimate: float = math.nan
 
 
 def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[Accepted]:
@@ -195,40 +178,24 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
     # Half of an increment that has no more digits is none, or the whole of it again.
     least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
     spared = max(uncut / 2**shared.control.spared * (1 + 1e-9), 2 * least * (1 - 1e-9))
-    cuts, passes, reasons, longer = 0, 0, list[Reason](), list[Increment]()
-
-    def tried(increment: Increment, sparing: bool) -> Attempt:
-        nonlocal passes
-        attempt = shared.attempt(increment, course.largest, sparing)
-        passes += attempt.passes
-        reasons.extend(attempt.failures)
-        return attempt
-
-    def found(increment: Increment, attempt: Attempt, solved: Solved) -> Found:
-        return Found(increment, attempt, solved, uncut, cuts, passes, tuple(reasons))
-
+    halving = Halving(lambda part, sparing: shared.attempt(part, course.largest, sparing), uncut)
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        attempt = tried(increment, tau - state.tau >= spared)
-        if attempt.solved is not None:
-            return found(increment, attempt, attempt.solved)
-        if attempt.spared:
-            longer.append(increment)
+        tried = halving.tried(increment, tau - state.tau >= spared)
+        if isinstance(tried, Found):
+            return tried
         # Counted from what was scheduled: from the last success they creep up to a wall without an end.
         if tau - state.tau < 2 * least * (1 - 1e-9):
             break
-        cuts += 1
+        halving.cut(tau)
         size = (tau - state.tau) / 2
-        reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
-    # A program may solve the longer increments that it was spared where it fails on shorter ones.
-    for whole in longer:
-        attempted = tried(whole, False)
-        if attempted.solved is not None:
-            return found(whole, attempted, attempted.solved)
-    ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
-    raise given_up(increment, attempt, cuts, shared.cache.pace, ahead)
+    found = halving.unspared()
+    if found is None:
+        ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
+        raise given_up(increment, tried, halving.cuts, shared.cache.pace, ahead)
+    return found
 
 
 def _located(shared: Shared, course: Course, found: Found) -> Found:

@@ -1,0 +1,63 @@
+"""The attempts at an increment and at its parts, until one solves it, and what they came to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from bipot.control.carrying import Attempt
+from bipot.control.landing import Landing
+from bipot.control.reason import Reason, ReasonKind
+from bipot.increment import Solved
+from bipot.iterate import Increment
+
+
+class Found(NamedTuple):
+    """An increment and the attempt that solved it, after ``cuts``; passes and reasons are those of all attempts.
+
+    ``estimate`` is that of the error of ``solved`` (:mod:`bipot.control.estimate`), NaN where nobody asks for it.
+    """
+
+    increment: Increment
+    attempt: Attempt
+    solved: Solved
+    uncut: float
+    cuts: int
+    passes: int
+    reasons: tuple[Reason, ...]
+    landing: Landing | None = None
+    estimate: float = math.nan
+
+
+class Halving:
+    """Attempts at increments of the length ``uncut`` or less, by ``attempt(increment, sparing)``, and their sums.
+
+    ``spared`` are the increments that failed without the program they were spared (:mod:`bipot.control.attempting`).
+    """
+
+    def __init__(self, attempt: Callable[[Increment, bool], Attempt], uncut: float) -> None:
+        self.attempt, self.uncut = attempt, uncut
+        self.cuts, self.passes, self.reasons = 0, 0, list[Reason]()
+        self.spared = list[Increment]()
+
+    def tried(self, increment: Increment, sparing: bool) -> Found | Attempt:
+        """What an attempt found; itself if it has failed."""
+        attempt = self.attempt(increment, sparing)
+        self.passes += attempt.passes
+        self.reasons += attempt.failures
+        if attempt.spared:
+            self.spared.append(increment)
+        if attempt.solved is None:
+            return attempt
+        return Found(increment, attempt, attempt.solved, self.uncut, self.cuts, self.passes, tuple(self.reasons))
+
+    def cut(self, tau: float) -> None:
+        """The increment to ``tau`` is cut."""
+        self.cuts += 1
+        self.reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
+
+    def unspared(self) -> Found | None:
+        """What a program finds of the increments that were spared it: it may fail on shorter ones alone."""
+        tried = (self.tried(whole, False) for whole in tuple(self.spared))
+        return next((found for found in tried if isinstance(found, Found)), None)
