@@ -19,6 +19,7 @@ from bipot.contact.shear import Strength, caps
 from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
 from bipot.load_change import LoadChange
+from bipot.past import Past
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.scales import units_of
@@ -72,30 +73,11 @@ class Increment:
         gap = np.minimum(self.start.gap, self.rows.gap)
         return self.system.body.scene.paces(self.system.candidates.reached(gap))
 
-    @property
-    def turns(self) -> bool:
-        """Whether rates of paths and loads come into other proportions at its start."""
-        return self._at_kink and self.paces.is_turn(self.start.tau)
-
     @cached_property
-    def quicker(self) -> float:
-        """How many times as fast as in the increment before all goes on (:mod:`bipot.scene.paces`); 1 after a turn."""
-        return self.paces.factor(self.start.tau) if self._at_kink else 1.0
-
-    @property
-    def _at_kink(self) -> bool:
-        """Whether any rate changes at its start."""
-        return any(abs(kink - self.start.tau) <= ROUND_OFF for kink in self.system.body.scene.kinks)
-
-    @property
-    def before(self) -> float:
-        """The length of the increment that led to its start, in pseudo-time at the pace of this one."""
-        return self.start.length / self.quicker
-
-    @property
-    def rates(self) -> Floats:
-        """The rates (a d + m,) of that increment, of nodes and translations, at the pace of this one."""
-        return self.quicker * self.start.rates
+    def past(self) -> Past:
+        """The increment that led to its start."""
+        at_kink = any(abs(kink - self.start.tau) <= ROUND_OFF for kink in self.system.body.scene.kinks)
+        return Past(self.start, self.paces if at_kink else Paces((), ()))
 
     @cached_property
     def dragged(self) -> Floats:

@@ -49,13 +49,13 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
         with suppress(InvertedElement):
             carried = increment.at(_carried(increment))
             return carried if _strain(carried) < MOST_STRAINED else going
-    leaps = increment.quicker > 1 and increment.loads.changes
+    leaps = increment.past.quicker > 1 and increment.loads.changes
     if not going.x.any() or (not leaps and increment.units.length > SHORT * increment.units.size):
         return going
     off = unbalanced(going)
     if off > max(FAR, bounds.equilibrium):
         with suppress(InvertedElement, NotConverged):
-            kept = np.zeros_like(increment.rates) if leaps else increment.rates * (increment.tau - start.tau)
+            kept = np.zeros_like(increment.past.rates) if leaps else increment.past.rates * (increment.tau - start.tau)
             other = increment.at(increment.system.body.space.gather(kept))
             if unbalanced(other) < NEARER * off:
                 return other
@@ -82,7 +82,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     """
     start, rows = increment.start, increment.rows
     x = increment.system.body.space.gather(pace.predict(increment))
-    if increment.turns:
+    if increment.past.turns:
         return np.zeros_like(x)
     same = np.array_equal(rows.gap, start.gap) and not increment.loads.changes
     if same and not rows.slip.any() and not increment.driven.any():

@@ -19,7 +19,7 @@ LAYERS = (
     ("response",),
     ("borne",),
     ("advance", "system"),
-    ("load_change", "scales"),
+    ("load_change", "past", "scales"),
     ("iterate",),
     ("checks", "limit_analysis", "traction"),
     ("forms",),

@@ -218,7 +218,7 @@ def cornered(increment: Increment) -> str | None:
     start, contacts = increment.start, increment.system.candidates
     if not contacts.curved:
         return None
-    drift = increment.quicker * float(norm(start.velocity).max()) * (increment.tau - start.tau)
+    drift = increment.past.quicker * float(norm(start.velocity).max()) * (increment.tau - start.tau)
     turned = _turned(increment, increment.reach + drift) * (carries(start.forces) & _alone(increment))
     worst = int(np.argmax(turned))
     if turned[worst] < SHARP:

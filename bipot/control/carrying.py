@@ -112,7 +112,7 @@ class CarriedFlow:
         state = increment.start
         if state.flow is None or not state.length > 0:
             return None
-        ratio = (increment.tau - state.tau) / increment.before
+        ratio = (increment.tau - state.tau) / increment.past.length
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @property
@@ -142,7 +142,7 @@ class CarriedFlow:
         ratio = Flowed.of(increment.system, none, euler).overall
         if not none.is_wrong(ratio):
             return None
-        measured = increment.turns or self.is_wrong(ratio)
+        measured = increment.past.turns or self.is_wrong(ratio)
         return replace(self, ratio=ratio if measured else self.ratio, found=True)
 
 
@@ -192,7 +192,7 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
     near: Near | None = None
     carried = CarriedFlow.guess(increment) if second else None
     # Rates are others where the path turns, and a body that turns round goes on elastically: the last flow misleads.
-    unknown = increment.turns
+    unknown = increment.past.turns
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
             tried.append(_without(state, solve, refused, None))

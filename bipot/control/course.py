@@ -75,7 +75,7 @@ class Course:
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
-        start, state, quicker = self.state, advance(self.state, solved), solved.iterate.increment.quicker
+        start, state, quicker = self.state, advance(self.state, solved), solved.iterate.increment.past.quicker
         return Course(
             state=state,
             number=self.number + 1,

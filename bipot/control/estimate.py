@@ -123,7 +123,7 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
 
 def _is_first(increment: Increment) -> bool:
     """Whether it starts from rest or at a kink that is no change of pace."""
-    return increment.start.length == 0 or increment.turns
+    return increment.start.length == 0 or increment.past.turns
 
 
 def _begins(start: State, solved: Solved) -> float:
@@ -194,8 +194,8 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     # A body that supports carry moves no less for that.
     before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
     now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
-    then = increment.quicker * (start.velocity - before.way / start.length)
-    if increment.turns:
+    then = increment.past.quicker * (start.velocity - before.way / start.length)
+    if increment.past.turns:
         size = square(then)
         then = then * math.sqrt(square(now) / size) if size > 0 else then
     size = square(now)

@@ -62,7 +62,7 @@ def lag(start: State, solved: Solved) -> Lag:
     slides = norm(iterate.motion[:, 1:]) > LEAST_SLIP * increment.units.length
     on = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
     ratio = np.divide(size, last, out=np.zeros_like(size), where=on)
-    behind = (now - ratio[:, None] * then)[on] * (length / (length + increment.before))
+    behind = (now - ratio[:, None] * then)[on] * (length / (length + increment.past.length))
     pressed = float(np.abs(contacts.parts.spread(solved.r)[on, 0]).sum())
     return Lag(
         energy=float(np.abs(np.vecdot(behind, contacts.met.motion(solved.response.du)[on])).sum()),

@@ -119,7 +119,7 @@ def locate(
 def _expected_rate(increment: Increment) -> Floats:
     """dg/dtau (c,) in the increment: by the velocity that led to its start and the tools' paths."""
     rows, start = increment.rows, increment.start
-    body = rows.G_n @ increment.system.body.space.gather(increment.rates)
+    body = rows.G_n @ increment.system.body.space.gather(increment.past.rates)
     return body + (rows.gap - start.gap) / (increment.tau - start.tau)
 
 

@@ -86,10 +86,10 @@ class Pacer:
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
         left, least, whole = target - state.tau, 0.0, Increment(system, state, target)
-        if math.isnan(proposed) or whole.turns:
+        if math.isnan(proposed) or whole.past.turns:
             proposed, least = self._first(whole)
         else:
-            proposed = max(proposed / whole.quicker, LEAST_LENGTH)
+            proposed = max(proposed / whole.past.quicker, LEAST_LENGTH)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= least else min(proposed, left)
 

@@ -162,5 +162,5 @@ class Pace:
     def _seen(self, increment: Increment) -> tuple[Paced, Paced]:
         """The last two increments, of which the second led to the start of the ``increment``, at its pace."""
         state, before = increment.start, self.before or Paced.unknown(increment.start)
-        quicker = increment.quicker
+        quicker = increment.past.quicker
         return before.at_pace(quicker, state.tau), before.next(state).at_pace(quicker, state.tau)
