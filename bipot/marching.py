@@ -177,13 +177,15 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
     size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
     # Half of an increment that has no more digits is none, or the whole of it again.
     least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
-    spared = max(uncut / 2**shared.control.spared * (1 + 1e-9), 2 * least * (1 - 1e-9))
+    # Increments that are scheduled are kept if any form solves them.
+    spares = math.inf if shared.pacer is None else uncut / 2**shared.control.spared * (1 + 1e-9)
+    spares = max(spares, 2 * least * (1 - 1e-9))
     halving = Halving(lambda part, sparing: shared.attempt(part, course.largest, sparing), uncut)
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        tried = halving.tried(increment, tau - state.tau >= spared)
+        tried = halving.tried(increment, tau - state.tau >= spares)
         if isinstance(tried, Found):
             return tried
         # Counted from what was scheduled: from the last success they creep up to a wall without an end.

@@ -16,9 +16,10 @@ class Control:
     """How increments are solved: form and fallbacks, acceptance, how often one may be halved, integration of the flow.
 
     ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments. Where a form did
-    not converge, an increment is halved up to ``spared`` times, if ``cuts`` allow, before the dissipation program
-    stands in: one of its passes takes the time of more than ten of Newton's, which often converges in half the way.
-    Where the shortest increments fail as well, it is tried on those longer ones before the march ends.
+    not converge, an increment by accuracy is halved up to ``spared`` times, if ``cuts`` allow, before the dissipation
+    program stands in: a pass of that takes the time of more than ten of Newton's, which often converges in half the
+    way. Where the shortest increments fail as well, it is tried on those longer ones before the march ends. Scheduled
+    increments are not halved as long as any form solves them.
 
     Raises:
         SceneError: a wrong type, a negative count.

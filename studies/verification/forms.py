@@ -15,7 +15,7 @@ import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -44,10 +44,6 @@ OTHERS = (
     Other(Asked("force, tangent", 0.0, 1e-5), Tangent()),
     Other(Asked("force, dissipation", 0.0, 1e-5), Dissipation()),
 )
-
-
-UNCUT = replace(CONTROL, spared=0)
-"""Newton's control where its increments are to be those of another form: programs stand in before it halves one."""
 
 
 class Found(NamedTuple):
@@ -116,7 +112,7 @@ class Beside:
         times = tuple(one.tau for one in found)
         key = number, times
         if key not in self._newton:
-            self._newton[key] = again(marched, times, UNCUT, Watch())
+            self._newton[key] = again(marched, times, CONTROL, Watch())
         return difference(found, self._newton[key])
 
 
