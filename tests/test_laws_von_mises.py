@@ -194,6 +194,22 @@ def test_steep_tables_settle_to_round_off():
     assert np.all(np.abs(residual)[on] <= floor[on])
 
 
+@both_sizes
+@pytest.mark.parametrize("pressure", [0.0, 300.0])
+def test_points_that_flowed_rest_whatever_round_off_says(size, pressure):
+    """Returned once more: a third of them were found to flow again by nothing, with another tangent."""
+    curve, peeq = CURVES[1], np.full(400, 0.1)
+    trial = 600.0 * np.random.default_rng(0).standard_normal((400, size))
+    trial[:, :3] -= pressure
+    first = radial_return(trial, peeq, STEEL, curve)
+    outside = first.plastic
+    assert outside.any()
+    again = radial_return(first.stress[outside], (peeq + first.dpeeq)[outside], STEEL, curve)
+    assert not again.plastic.any()
+    pushed = radial_return(first.stress[outside] * (1 + 1e-11), (peeq + first.dpeeq)[outside], STEEL, curve)
+    assert pushed.plastic.all()
+
+
 @pytest.mark.parametrize("value", [np.inf, np.nan])
 def test_a_trial_stress_that_is_not_finite_is_an_error(value):
     trial = np.array([[0.0, 0.0, 0.0, value]])

@@ -36,6 +36,9 @@ _MAX_ITERATIONS = 200
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 """Of a stress, or of a bracket of the plastic strain, relative to its size."""
 
+_ON_SURFACE = 16.0 * _ROUND_OFF
+"""How exactly a point that flowed is on the yield surface: within this it rests, so that round-off decides no flow."""
+
 
 class TangentKind(Enum):
     """Which C^ep the quadratic energy uses: algorithmic, or the rate form (10)."""
@@ -154,7 +157,8 @@ def radial_return(trial_stress: Floats, peeq: Floats, elasticity: Elasticity, ha
     s = deviator(trial)
     q = np.sqrt(1.5) * norm(s)
     limit = hardening.yield_stress(peeq)
-    plastic, safe = np.asarray(q > limit), np.maximum(q, limit)
+    plastic = np.asarray(q > (1.0 + _ON_SURFACE) * limit)
+    safe = np.where(plastic, q, limit)
     dpeeq = _plastic_multiplier(safe, peeq, elasticity.shear, hardening)
     direction = (np.sqrt(1.5) * plastic / safe)[..., None] * s
     # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
