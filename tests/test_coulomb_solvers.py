@@ -10,7 +10,9 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from bipot import coulomb
+from bipot.coulomb import solver as solving
 from bipot.coulomb.gauss_seidel import colouring, neighbours
+from bipot.coulomb.newton import _levenberg_direction, newton_direction
 from bipot.coulomb.solver import scale
 from bipot.errors import SceneError
 
@@ -104,21 +106,19 @@ def test_contacts_of_one_colour_do_not_touch(seed, density):
     assert np.all((colour[i] != colour[j]) | (i == j))
 
 
-def test_dense_and_sparse_algebra_give_the_same_newton_step(monkeypatch):
-    from bipot.coulomb import solver
-    from bipot.coulomb.newton import newton_direction
-
+@pytest.mark.parametrize("direction", [newton_direction, _levenberg_direction])
+def test_dense_and_sparse_algebra_give_the_same_step(direction, monkeypatch):
     problem = coulomb.reduced(coulomb.read_fclib(GENERATED[6]))
     rng = np.random.default_rng(0)
     r = np.where(rng.random(problem.size) < 0.3, 0.0, rng.normal(size=problem.size))
     steps = []
     for rows in (10_000, 0):
-        monkeypatch.setattr(solver, "DENSE_ROWS", rows)
+        monkeypatch.setattr(solving, "DENSE_ROWS", rows)
         scaled = scale(problem)
         assert (scaled.blocks is None) == (rows > 0)
         lines = coulomb.AlartCurnier().linearise(scaled.by_contact(r), scaled.by_contact(scaled.velocity(r)), scaled.mu)
         assert 0 < np.sum(np.any(lines.du != 0, axis=(1, 2))) < problem.contacts
-        steps.append(newton_direction(scaled, lines, 1e-3))
+        steps.append(direction(scaled, lines, 1e-3))
     np.testing.assert_allclose(steps[0], steps[1], rtol=1e-7, atol=1e-7 * np.abs(steps[0]).max())
 
 

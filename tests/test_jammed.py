@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bipot.checks.jammed import jammed
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Linear
@@ -17,6 +18,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
+from bipot.system import system_of
 from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 
@@ -108,6 +110,23 @@ def test_a_brick_is_told_as_well():
 def test_tools_that_leave_the_node_a_way_are_not_blamed(changes):
     said = words(pressed((1.2, 1.2), **changes))
     assert said is None or "jammed" not in said
+
+
+@pytest.mark.parametrize(
+    ("lid", "wall", "is_jam"),
+    [
+        ((0.0, -0.02), (-0.02, 0.0), True),
+        ((0.01, -0.02), (0.0, 0.0), True),
+        ((0.0, -0.02), (0.0, 0.0), False),
+        ((0.0, -0.02), (0.0, -0.02), False),
+        ((0.0, 0.02), (-0.02, 0.0), False),
+        ((0.0, -0.02), (0.02, 0.0), False),
+        ((-0.02, 0.0), (-0.02, 0.0), False),
+    ],
+)
+def test_each_must_come_nearer_to_what_sticks_to_the_other(lid, wall, is_jam):
+    system = system_of(pressed((1.2, 1.2), lid={"travel": lid}, wall={"travel": wall}))
+    assert (jammed(system, system.rest(), 1.0) is not None) == is_jam
 
 
 SLOPE = 0.5

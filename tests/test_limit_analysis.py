@@ -36,9 +36,12 @@ from bipot import (
 from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.fem.elements import tabulated
 from bipot.fem.projection import VolumeChange
+from bipot.iterate import Increment
+from bipot.limit_analysis import collapse
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.programs.limit import LimitProgram
+from bipot.system import system_of
 from studies.element_scenes import Choice, notched
 from studies.element_types import ElementType
 
@@ -269,3 +272,14 @@ def test_one_element_whose_volume_rows_defeat_interior_points_has_its_limit_load
     cube = brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.H20)
     scene = Scene(cube, Geometry.SOLID, VonMises(Elasticity(210e3, 0.3), Perfect(300.0)), planes, (tool,))
     assert limit_load(scene).multiple == pytest.approx(1 / 3, rel=1e-6)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1, 0.3])
+def test_a_collapse_is_proved_just_above_the_limit_load_with_friction_and_not_below(mu):
+    """Of a strip under a platen, whose limit grows from 924 to 1537 with mu."""
+    limit = limit_load(pressed(mu)).multiple
+    proved = []
+    for part in (0.98, 1.02):
+        system = system_of(pressed(mu, part * limit))
+        proved.append(collapse(Increment(system, system.rest(), 1.0)) is not None)
+    assert proved == [False, True]

@@ -180,7 +180,7 @@ class ProfilePieces:
         gap = np.vecdot(x[..., None, :] - s.start, s.normal)
         part = np.divide(-gap, across, out=np.full_like(gap, np.nan), where=np.abs(across) > np.abs(gap))
         at = np.vecdot(x[..., None, :] + _safe(part)[..., None] * by[..., None, :] - s.start, s.along)
-        on = (part > 0) & (part < 1) & (at >= s.low - off) & (at <= s.high + off)
+        on = (part > 0) & (at >= s.low - off) & (at <= s.high + off)
         return np.sort(np.concatenate([np.where(on, part, 1.0), *self._met_rounds(x, by)], axis=-1), axis=-1)
 
     def _met_rounds(self, x: Floats, by: Floats) -> list[Floats]:
