@@ -237,6 +237,13 @@ def test_a_wrong_force_without_slip_shows_in_the_law_alone():
     assert right.law < 1e-15
 
 
+@pytest.mark.parametrize(("depth", "blur", "law"), [(1e-12, 0.0, np.inf), (1e-12, 2e-9, 0.0), (-1e-12, 0.0, 0.0)])
+def test_without_a_force_the_law_is_met_to_round_off_or_not_met(depth, blur, law):
+    """A contact penetrated by ``depth`` that carries nothing, where no contact carries anything."""
+    none = contact_fields([[0.0, 0.0]], [[-depth, 0.0]], stiffness=1e3)
+    assert certified(none, material_fields()[0], blur=blur).law == law
+
+
 def test_nan_is_never_within_bounds():
     certificate = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert max(certificate.ratios(Bounds()).values()) == 0.0
