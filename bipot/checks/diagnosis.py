@@ -18,6 +18,7 @@ from bipot.checks.opening import openable
 from bipot.contact import supported
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
+from bipot.fem.assembly import Space
 from bipot.iterate import Increment, Iterate
 from bipot.response import State
 from bipot.system import System
@@ -84,8 +85,9 @@ def _inside(system: System, state: State) -> str | None:
 
 def _unheld(system: System, state: State, tau: float) -> str | None:
     """A body that is free to move, unless its loads press it back."""
-    motion = free_motion(system, state)
-    if motion is None or vdot(system.loading.forces(state.nodes, tau), motion) < 0:
+    forces = system.loading.forces(state.nodes, tau)
+    motion = free_motion(system, state, forces)
+    if motion is None or vdot(forces, motion) < 0:
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
@@ -181,8 +183,11 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
     return contacts.parts.motion(np.vecdot(here.frames, swirl[:, None]))
 
 
-def free_motion(system: System, state: State) -> Floats | None:
-    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known."""
+def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
+    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
+
+    Where either way is as free, it goes where nodal ``forces`` (a, d) push the body.
+    """
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
@@ -199,14 +204,21 @@ def free_motion(system: System, state: State) -> Floats | None:
             break
         slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
         basis, rubs = basis @ null_space(slips, rcond=ROUND_OFF), rubs & opened
-    if not opened.any():
-        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
-    motion = space.spread(rigid @ basis @ v)
-    if not opened.any() and motion.flat[np.abs(motion).argmax()] < 0:
-        # Either way is as free.
-        motion = -motion
+    if opened.any():
+        motion = space.spread(rigid @ basis @ v)
+    else:
+        motion = _either_way(space, rigid @ basis @ null_space(normal @ basis, rcond=ROUND_OFF), forces)
     largest = float(norm(motion).max())
     return motion / largest if largest > 0 else None
+
+
+def _either_way(space: Space, ways: Floats, forces: Floats) -> Floats:
+    """Of motions that are as free in either way, columns of ``ways``, the one (a, d) that ``forces`` (a, d) push."""
+    pushed = np.array([vdot(forces, space.spread(way)) for way in ways.T])
+    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
+        return space.spread(ways @ pushed)
+    motion = space.spread(ways.sum(axis=1))
+    return motion if motion.flat[np.abs(motion).argmax()] >= 0 else -motion
 
 
 def cornered(increment: Increment) -> str | None:
