@@ -208,6 +208,13 @@ def test_a_load_on_a_body_that_nothing_holds_is_no_limit_load(load):
     assert f"Nothing holds the body against moving along (0, {load[1]:.0f}): add" in words
 
 
+@pytest.mark.parametrize("load", [(1.0, -1.0), (1.0, 0.0), (-0.05, -1.0)])
+def test_a_load_along_a_smooth_floor_is_held_by_nothing_though_it_presses_the_body_down(load):
+    floor = tool(mu=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
+    words = last_words(scene(supports=(), tools=(floor,), loads=(Traction("top", load),)), GIVES_UP)
+    assert f"Nothing holds the body against moving along ({np.sign(load[0]):.0f}, 0)" in words
+
+
 def test_a_body_that_runs_away_is_refused(monkeypatch):
     """The punch moves it by 2.4 % of size and travel; ten times them is no usual end."""
     monkeypatch.setattr(refusals, "RUNAWAY", 0.03)

@@ -18,7 +18,6 @@ from bipot.checks.opening import openable
 from bipot.contact import supported
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
-from bipot.fem.assembly import Space
 from bipot.iterate import Increment, Iterate
 from bipot.response import State
 from bipot.system import System
@@ -186,7 +185,7 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
 def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
     """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
 
-    Where either way is as free, it goes where nodal ``forces`` (a, d) push the body.
+    One that leaves all contacts as they are, and nodal ``forces`` (a, d) push, comes first.
     """
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
@@ -194,6 +193,12 @@ def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
     normal, rubs = cleaned(rows.G_n @ rigid, rigid), np.isin(np.arange(rows.count), rows.frictional)
     tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
+    # These leave all contacts as they are, so that either way is as free.
+    still = rigid @ null_space(np.vstack([normal, *tangent[rubs]]), rcond=ROUND_OFF)
+    pushed = np.array([vdot(forces, space.spread(way)) for way in still.T])
+    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
+        motion = space.spread(still @ pushed)
+        return motion / float(norm(motion).max())
     basis = np.eye(rigid.shape[1])
     while True:
         if (found := openable(normal @ basis)) is None:
@@ -204,21 +209,14 @@ def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
             break
         slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
         basis, rubs = basis @ null_space(slips, rcond=ROUND_OFF), rubs & opened
-    if opened.any():
-        motion = space.spread(rigid @ basis @ v)
-    else:
-        motion = _either_way(space, rigid @ basis @ null_space(normal @ basis, rcond=ROUND_OFF), forces)
+    if not opened.any():
+        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
+    motion = space.spread(rigid @ basis @ v)
+    if not opened.any() and motion.flat[np.abs(motion).argmax()] < 0:
+        # Either way is as free.
+        motion = -motion
     largest = float(norm(motion).max())
     return motion / largest if largest > 0 else None
-
-
-def _either_way(space: Space, ways: Floats, forces: Floats) -> Floats:
-    """Of motions that are as free in either way, columns of ``ways``, the one (a, d) that ``forces`` (a, d) push."""
-    pushed = np.array([vdot(forces, space.spread(way)) for way in ways.T])
-    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
-        return space.spread(ways @ pushed)
-    motion = space.spread(ways.sum(axis=1))
-    return motion if motion.flat[np.abs(motion).argmax()] >= 0 else -motion
 
 
 def cornered(increment: Increment) -> str | None:
