@@ -50,6 +50,7 @@ class Schedule:
     def __post_init__(self) -> None:
         make_floats(self, "growth", "first")
         if self.accuracy is None:
+            require(self.increments is not None, "increments", None, "given, unless an accuracy is")
             require_count(self.increments, "increments", most=MOST)
         else:
             make_floats(self, "accuracy")

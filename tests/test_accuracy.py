@@ -203,7 +203,7 @@ def test_it_goes_on_from_a_file_to_the_last_bit(tmp_path):
         ({"accuracy": True}, "accuracy = True: must be a number"),
         ({"accuracy": 1e-3, "increments": 5}, "increments = 5: must be left out with an accuracy"),
         ({"accuracy": 1e-3, "first": 0.01}, "first = 0.01: must be left out with an accuracy"),
-        ({}, "increments = None: must be a whole number"),
+        ({}, "increments = None: must be given, unless an accuracy is"),
     ],
 )
 def test_bad_input_is_refused_by_name(options, words):

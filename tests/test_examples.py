@@ -31,6 +31,11 @@ def run(capsys):
     return run
 
 
+def test_the_page_of_scenes_lists_every_example():
+    page = (FOLDER.parent / "docs" / "scenes.md").read_text(encoding="utf-8")
+    assert [name for name in NAMES if f"| `examples/{name}.py` |" not in page] == []
+
+
 def test_friction_adds_to_the_force_of_a_block_between_platens(run):
     found = run("platens", increments=6, friction=(0.0, 0.3))
     # Without friction the block stays one: volume gives its width, strain its stress.

@@ -19,6 +19,7 @@ from bipot import (
     Schedule,
     ShapedTool,
     Support,
+    Symmetry,
     VonMises,
     block,
     brick,
@@ -56,6 +57,14 @@ def test_a_line_with_the_tool_on_its_wrong_side_is_told_to_be_turned_round(line)
 def test_a_line_that_neither_way_is_off_the_body_is_not_told_to_be_turned_round():
     with pytest.raises(SceneError, match=r"must be off the body: a part of it .* feels it$"):
         pressed(ShapedTool(flat_punch((1.0, 0.5), 1.0, 3.0, 0.2), (0.0, -0.1), ("top",), 0.1))
+
+
+def test_a_tool_beyond_a_plane_of_symmetry_is_said_to_meet_a_mirror_image():
+    """It is clear of what is modelled, below it, and the whole body goes on there."""
+    below = ShapedTool(Circle((0.0, -0.7), 0.6), (0.0, 0.1), ("top",), 0.1)
+    whole = pressed(below)
+    with pytest.raises(SceneError, match=r"must be off the body and its mirror images: a part of it .* feels it$"):
+        replace(whole, supports=(Symmetry("base", 1), Support("left", 0)))
 
 
 def test_a_plane_that_looks_away_from_the_body_is_refused():

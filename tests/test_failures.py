@@ -31,6 +31,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder
 from bipot.paper import upsetting
 from bipot.programs.condensation import Reduced
+from bipot.scene.loads import Traction
 from bipot.scene.supports import Support
 from bipot.tools.profiles import Union, wedge
 from bipot.tools.surfaces import Plane
@@ -55,6 +56,11 @@ def last_words(scene, control=CUT_ONCE):
         list(march(scene, Schedule(2), control))
     assert failed.value.state is not None
     return str(failed.value)
+
+
+def unloaded(system):
+    """How the system at rest may move where no load pushes it."""
+    return free_motion(system, system.rest(), np.zeros_like(system.rest().nodes))
 
 
 def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):
@@ -150,7 +156,7 @@ def test_contact_penalty_of_weighted_points_beside_nodes(at_rest):
 )
 def test_free_motion(changes, motion):
     made = system_of(scene(**changes))
-    found = free_motion(made, made.rest())
+    found = unloaded(made)
     if motion is None:
         assert found is None
     else:
@@ -163,18 +169,18 @@ def test_free_motion(changes, motion):
 def test_a_free_body_may_turn_too():
     """Pushed from above and held along one point's motion only, the body turns away."""
     made = system_of(scene(supports=()))
-    assert free_motion(made, made.rest()) is not None
+    assert unloaded(made) is not None
 
 
 def test_about_an_axis_only_the_axial_shift_is_rigid():
     geometry = {"geometry": Geometry.AXISYMMETRIC, "mesh": cylinder(1.0, 1.0, 2, 2, element=Element.Q8)}
     loose = system_of(scene(**geometry, supports=(Support("axis", 0),)))
-    moved = free_motion(loose, loose.rest())
+    moved = unloaded(loose)
     assert moved is not None
     np.testing.assert_allclose(moved, np.tile((0, -1), (len(moved), 1)), atol=1e-9)
     held = system_of(scene(**geometry, supports=(Support("axis", 0), Support("base", 1))))
-    assert free_motion(held, held.rest()) is None
-    assert free_motion(system_of(upsetting(mu=0.0)), system_of(upsetting(mu=0.0)).rest()) is None
+    assert unloaded(held) is None
+    assert unloaded(system_of(upsetting(mu=0.0))) is None
 
 
 def test_a_body_that_starts_inside_a_tool_is_named_as_that():
@@ -190,6 +196,23 @@ def test_a_body_held_by_nothing_is_named_as_that():
     words = last_words(scene(supports=(), tools=(tool(mu=0.0), across)), GIVES_UP)
     assert "Nothing holds the body against moving along (1, 0)" in words
     assert "more increments" not in words
+
+
+@pytest.mark.parametrize("load", [(0.0, 1.0), (0.0, -1.0)])
+def test_a_load_on_a_body_that_nothing_holds_is_no_limit_load(load):
+    """Whichever way it pushes, the body goes there as a whole; less of the load would not be carried either."""
+    loads = (Traction("top", load),)
+    words = last_words(scene(supports=(Support("left", 0),), tools=(), loads=loads), GIVES_UP)
+    assert f"Nothing holds the body against moving along (0, {load[1]:.0f})" in words
+    words = last_words(scene(supports=(), tools=(), loads=loads), GIVES_UP)
+    assert f"Nothing holds the body against moving along (0, {load[1]:.0f}): add" in words
+
+
+@pytest.mark.parametrize("load", [(1.0, -1.0), (1.0, 0.0), (-0.05, -1.0)])
+def test_a_load_along_a_smooth_floor_is_held_by_nothing_though_it_presses_the_body_down(load):
+    floor = tool(mu=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
+    words = last_words(scene(supports=(), tools=(floor,), loads=(Traction("top", load),)), GIVES_UP)
+    assert f"Nothing holds the body against moving along ({np.sign(load[0]):.0f}, 0)" in words
 
 
 def test_a_body_that_runs_away_is_refused(monkeypatch):

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from bipot.errors import SceneError
 from bipot.laws import hardening
 from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
+from bipot.laws.von_mises import Elasticity, VonMises
 from studies import hardening_words, upsetting, upsetting_case
 from studies.hardening_words import CURVES as BY_NAME
 from studies.hardening_words import hardening_from_text, hardening_usage
@@ -196,6 +197,33 @@ def test_what_is_no_text_file_is_refused_by_name(tmp_path):
 
 
 CONTRIBUTING = Path(__file__).parents[1] / "CONTRIBUTING.md"
+
+
+class Own:
+    """A user's curve: two functions of arrays."""
+
+    def __init__(self, stress, slope=lambda p: 0.0 * p):
+        self.yield_stress, self.slope = stress, slope
+
+
+@pytest.mark.parametrize(
+    ("curve", "message"),
+    [
+        (Own(lambda p: 300.0), "hardening.yield_stress = 300.0: must be an array of peeq's shape, "),
+        (Own(lambda p: 300.0 + p, lambda p: 1.0), "hardening.slope = 1.0: must be an array of peeq's shape, "),
+        (Own(lambda p: 0.0 * p), r"hardening.yield_stress\(0.0\) = 0.0: must be finite and > 0"),
+        (Own(lambda p: 300.0 - 400.0 * p), r"yield_stress\(0.0001\) = 299.96: must be .* falling .*non-convex"),
+        (Own(lambda p: np.where(p > 0.5, np.nan, 300.0)), r"hardening.yield_stress\(1.0\) = nan: must be finite"),
+        (Own(lambda p: 300.0 + p, lambda p: p - 0.05), r"hardening.slope\(0.0\) = -0.05: must be finite and >= 0 "),
+        (
+            Own(lambda p: 300.0 + np.sqrt(p), lambda p: np.where(p > 0, 1.0, np.inf)),
+            r"slope\(0.0\) = inf: must be finite",
+        ),
+    ],
+)
+def test_a_curve_of_a_users_own_is_tried_when_a_material_is_made(curve, message):
+    with pytest.raises(SceneError, match=message):
+        VonMises(Elasticity(210e3, 0.3), curve)
 
 
 def test_a_curve_as_contributing_prints_it_is_known_to_the_command_line(tmp_path, monkeypatch):

@@ -141,7 +141,7 @@ def test_a_line_is_kept_only_with_its_curve(tmp_path):
     write_hdf5(tmp_path / "lines.h5", LINES[:2], {"curve 0": {"x": np.zeros(0)}})
     assert table(tmp_path, Existing.RESUME, curve=curve).rows == [LINES[0]]
     (tmp_path / "lines.h5").write_bytes(b"no such file")
-    with pytest.raises(ResultsError, match=r"lines\.h5: end of what it tells"):
+    with pytest.raises(ResultsError, match=r"lines\.h5: its size in bytes = 12: .* it is no HDF5 file"):
         table(tmp_path, Existing.RESUME, curve=curve)
     (tmp_path / "lines.h5").unlink()
     assert table(tmp_path, Existing.RESUME, curve=curve).rows == []

@@ -154,6 +154,27 @@ def test_materials_that_differ_in_one_number_of_an_array_are_two(size, change, t
     Recorder(tmp_path, same, [INCREMENT], {}, {}, existing=Existing.RESUME)
 
 
+class Plain:
+    """A curve of one's own without a repr."""
+
+    def __init__(self, strength):
+        self.strength = strength
+
+    def yield_stress(self, peeq):
+        return self.strength + 0 * np.asarray(peeq, float)
+
+    def slope(self, peeq):
+        return 0 * np.asarray(peeq, float)
+
+
+def test_a_material_that_only_its_place_in_memory_tells_from_others_is_refused(tmp_path):
+    """Another process could not resume the run, or would resume that of another curve at the same place."""
+    scene = upsetting(mu=0.3, hardening=Plain(300.0), elements=2)
+    with pytest.raises(SceneError, match=r"scene\.material = .*Plain object at 0x.*: must be .* dataclass"):
+        Recorder(tmp_path, scene, [INCREMENT], {}, {})
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_history_does_not_tell_states_of_the_run_that_replaced_its_own(accepted, tmp_path):
     with recorder(tmp_path) as out:
         out.record(accepted[0])

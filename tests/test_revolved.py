@@ -246,7 +246,14 @@ def test_who_comes_out_on_another_side_crossed_and_who_slides_or_grazes_did_not(
         (lambda: Revolved(Circle((0.0, 0.0), 1.0), POINT, (0.0, 1.0, 1.0)), "revolved.axis"),
         (lambda: roll(POINT, AXIS, -1.0), "roll.radius"),
         (lambda: roll(POINT, AXIS, 1.0, concave=1), "roll.concave"),  # type: ignore[arg-type]
-        (lambda: cone(POINT, AXIS, 90.0, 1.0), "wedge.semi_angle"),
+        (lambda: roll((0.0, 1.0), AXIS, 1.0), "roll.point"),
+        (lambda: roll(POINT, (0.0, 1.0, 1.0), 1.0), "roll.axis"),
+        (lambda: sphere((0.0, 1.0), 1.0), "sphere.centre"),
+        (lambda: sphere(POINT, 0.0), "sphere.radius"),
+        (lambda: cone((0.0, 1.0), AXIS, 45.0, 1.0), "cone.tip"),
+        (lambda: cone(POINT, (0.0, 1.0), 45.0, 1.0), "cone.axis"),
+        (lambda: cone(POINT, AXIS, 90.0, 1.0), "cone.semi_angle"),
+        (lambda: cone(POINT, AXIS, 45.0, 0.0), "cone.length"),
         (lambda: Union((SURFACES["sphere"], Circle((0.0, 0.0), 1.0))), "union.surfaces"),
     ],
 )

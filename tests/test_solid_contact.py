@@ -163,7 +163,7 @@ def test_what_no_support_holds_a_closed_contact_with_friction_holds_along_both_t
     roof = replace(held.tools[0], candidates=("top",))
     scene = replace(held, supports=(), tools=(floor, roof))
     system = system_of(scene)
-    motion = free_motion(system, system.rest())
+    motion = free_motion(system, system.rest(), np.zeros_like(scene.mesh.nodes))
     if not moves:
         assert motion is None
         return

@@ -84,8 +84,9 @@ def _inside(system: System, state: State) -> str | None:
 
 def _unheld(system: System, state: State, tau: float) -> str | None:
     """A body that is free to move, unless its loads press it back."""
-    motion = free_motion(system, state)
-    if motion is None or vdot(system.loading.forces(state.nodes, tau), motion) < 0:
+    forces = system.loading.forces(state.nodes, tau)
+    motion = free_motion(system, state, forces)
+    if motion is None or vdot(forces, motion) < 0:
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
@@ -181,14 +182,23 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
     return contacts.parts.motion(np.vecdot(here.frames, swirl[:, None]))
 
 
-def free_motion(system: System, state: State) -> Floats | None:
-    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known."""
+def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
+    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
+
+    One that leaves all contacts as they are, and nodal ``forces`` (a, d) push, comes first.
+    """
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
     normal, rubs = cleaned(rows.G_n @ rigid, rigid), np.isin(np.arange(rows.count), rows.frictional)
     tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
+    # These leave all contacts as they are, so that either way is as free.
+    still = rigid @ null_space(np.vstack([normal, *tangent[rubs]]), rcond=ROUND_OFF)
+    pushed = np.array([vdot(forces, space.spread(way)) for way in still.T])
+    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
+        motion = space.spread(still @ pushed)
+        return motion / float(norm(motion).max())
     basis = np.eye(rigid.shape[1])
     while True:
         if (found := openable(normal @ basis)) is None:

@@ -37,7 +37,8 @@ class Source:
 
     def bytes_at(self, place: int, length: int) -> bytes:
         """Some bytes of the file, refused where it ends before."""
-        self.require(place + length <= self.size, "end of what it tells", place + length, f"at most {self.size}")
+        needed = f"at least {place + length}, or it is no HDF5 file, or one that was cut off"
+        self.require(place + length <= self.size, "its size in bytes", self.size, needed)
         self.file.seek(place)
         return self.file.read(length) or b""
 

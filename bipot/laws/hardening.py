@@ -22,10 +22,13 @@ from bipot.typing import Floats, make_floats
 
 _WHY = "(softening makes the energy of an increment non-convex)"
 
+_ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+"""By which a stress may fall."""
+
 
 @runtime_checkable
 class Hardening(Protocol):
-    """A hardening curve; arrays in, arrays out, peeq >= 0."""
+    """A hardening curve; arrays in, arrays of their shape out, peeq >= 0."""
 
     def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y(p)."""
@@ -34,6 +37,33 @@ class Hardening(Protocol):
     def slope(self, peeq: ArrayLike) -> Floats:
         """H = dσ_Y/dp, the right-hand one at a kink."""
         ...
+
+
+TRIED = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
+"""Plastic strains at which a curve is tried when a material is made."""
+
+
+def require_hardening(curve: Hardening) -> None:
+    """Raise :class:`SceneError` unless the stress is finite, positive and not falling, the slope finite and >= 0.
+
+    They are tried at the plastic strains :data:`TRIED`; each is an array of their shape.
+    """
+    stress, slope = (_tried(curve, name) for name in ("yield_stress", "slope"))
+    last = 0.0
+    for k, p in enumerate(TRIED):
+        one, other = float(stress[k]), float(slope[k])
+        require(0 < one < math.inf, f"hardening.yield_stress({p})", one, "finite and > 0")
+        require(one >= last, f"hardening.yield_stress({p})", one, f"not falling {_WHY}")
+        require(0 <= other < math.inf, f"hardening.slope({p})", other, f"finite and >= 0 {_WHY}")
+        last = one * (1.0 - _ROUND_OFF)
+
+
+def _tried(curve: Hardening, name: str) -> Floats:
+    """What the curve's function of that name gives at :data:`TRIED`."""
+    out = getattr(curve, name)(np.array(TRIED))
+    fits = isinstance(out, np.ndarray) and out.shape == (len(TRIED),)
+    require(fits, f"hardening.{name}", out, "an array of peeq's shape, as peeq is the array of all integration points")
+    return out
 
 
 def _require_positive(field: str, value: float) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_type
-from bipot.laws.hardening import Hardening
+from bipot.laws.hardening import Hardening, require_hardening
 from bipot.tensors import (
     contract,
     deviator,
@@ -221,6 +221,7 @@ class VonMises:
     def __post_init__(self) -> None:
         require_type(self.elasticity, Elasticity, "material.elasticity")
         require_type(self.hardening, Hardening, "material.hardening")
+        require_hardening(self.hardening)
 
     def yield_stress(self, peeq: ArrayLike) -> Floats:
         """σ_Y (…)."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import platform
+import re
 import sys
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -28,6 +29,9 @@ from bipot.tools.surfaces import Plane, Surface
 
 Parameters = Mapping[str, Any]
 """The parameters that identify a run: JSON values by name."""
+
+PLACE = re.compile(r" at 0x[0-9a-fA-F]+>")
+"""The end of a repr that tells an object by its place in memory alone."""
 
 PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
 
@@ -71,6 +75,16 @@ def _described(scene: Scene) -> dict[str, Any]:
             for t in scene.tools
         ],
     }
+
+
+def require_told(scene: Scene) -> None:
+    """Refuse what users' own classes say nothing of but its place in memory: it is another in another process."""
+    own = {"material": (scene.material,), "loads": scene.loads, "tools": [tool.face for tool in scene.tools]}
+    for name, values in own.items():
+        for value in values:
+            told = PLACE.search(repr(value)) is None
+            allowed = "told by a repr that holds the numbers of its classes, as that of a dataclass does"
+            require(told, f"scene.{name}", value, allowed)
 
 
 def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:

@@ -23,7 +23,16 @@ from bipot.hdf5.journal import creating, writing
 from bipot.response import State
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
-from bipot.results.description import Parameters, as_json, describe, require_json, same_mesh, same_scene, same_state
+from bipot.results.description import (
+    Parameters,
+    as_json,
+    describe,
+    require_json,
+    require_told,
+    same_mesh,
+    same_scene,
+    same_state,
+)
 from bipot.results.fields import StoredStep
 from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
@@ -65,7 +74,7 @@ class Recorder:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, units, columns
             or scene (names the field), or another process writes there, or it cannot be written.
         SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another
-            scene.
+            scene, a material, load or surface of the user's own without a repr that tells it from others.
     """
 
     def __init__(
@@ -89,6 +98,7 @@ class Recorder:
         require(isinstance(folder, str | Path) and "\0" not in str(folder), "folder", folder, "a path")
         for name, given in (("parameters", parameters), ("units", units)):
             require_json(name, given)
+        require_told(scene)
         self.folder, self.columns = Path(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing

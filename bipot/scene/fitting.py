@@ -126,7 +126,8 @@ def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
     other = _followed_back(tool.face)
     if other is not None and other.distance(body.mesh.nodes).gap.min() >= -PLANAR * body.mesh.size:
         wrong += "; with its points in the other order the tool, on the right of its line, is off the body"
-    raise SceneError(f"{label}.surface = {tool.face!r}: must be off the body: {wrong}")
+    whole = "the body and its mirror images" if body.surroundings.planes else "the body"
+    raise SceneError(f"{label}.surface = {tool.face!r}: must be off {whole}: {wrong}")
 
 
 def _inside(body: Fitted, tool: Tool) -> str | None:

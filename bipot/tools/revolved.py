@@ -72,10 +72,8 @@ class Revolved(Surface):
     axis: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", vector(self.point, "revolved.point"))
-        object.__setattr__(self, "axis", direction(self.axis, "revolved.axis"))
-        for name in ("point", "axis"):
-            require_components(getattr(self, name), 3, f"revolved.{name}")
+        object.__setattr__(self, "point", _in_space(self.point, "revolved.point"))
+        object.__setattr__(self, "axis", _in_space(direction(self.axis, "revolved.axis"), "revolved.axis"))
         require_magnitude(max(map(abs, self.point)), "revolved.point", LARGEST_LENGTH)
         require_type(self.meridian, Surface, "revolved.meridian")
         plane = self.meridian.tips().centre.shape[-1] == 2
@@ -196,6 +194,13 @@ class Revolved(Surface):
         return np.stack([r, z], axis=-1), outward
 
 
+def _in_space(value: Vector, field: str) -> Vector:
+    """The value as a vector of three components."""
+    value = vector(value, field)
+    require_components(value, 3, field)
+    return value
+
+
 def sphere(centre: Vector, radius: float, concave: bool = False) -> Revolved:
     """The sphere around ``centre``: the tool is its inside, or if ``concave`` its outside.
 
@@ -205,6 +210,8 @@ def sphere(centre: Vector, radius: float, concave: bool = False) -> Revolved:
     >>> float(sphere((0.0, 0.0, 3.0), 2.0).distance(np.zeros(3)).gap)
     1.0
     """
+    centre = _in_space(centre, "sphere.centre")
+    require_positive(**{"sphere.radius": radius})
     return Revolved(Circle((0.0, 0.0), radius, concave), centre, (0.0, 0.0, 1.0))
 
 
@@ -217,6 +224,7 @@ def roll(point: Vector, axis: Vector, radius: float, concave: bool = False) -> R
     >>> float(roll((0.0, 0.0, 3.0), (1.0, 0.0, 0.0), 2.0).distance(np.array([7.0, 0.0, 0.0])).gap)
     1.0
     """
+    point, axis = _in_space(point, "roll.point"), _in_space(direction(axis, "roll.axis"), "roll.axis")
     require_positive(**{"roll.radius": radius})
     require_type(concave, bool, "roll.concave")
     return Revolved(Plane((radius, 0.0), (-1.0 if concave else 1.0, 0.0)), point, axis)
@@ -234,7 +242,10 @@ def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: fl
     >>> round(float(cone((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 45.0, 2.0).distance(np.array([0.0, 1.0, 1.0])).gap), 12)
     0.707106781187
     """
+    tip, axis = _in_space(tip, "cone.tip"), _in_space(direction(axis, "cone.axis"), "cone.axis")
     require_number(semi_angle, "cone.semi_angle")
+    require(0 < semi_angle < 90, "cone.semi_angle", semi_angle, "in (0, 90) degrees")
+    require_positive(**{"cone.length": length})
     return Revolved(wedge((0.0, 0.0), semi_angle, length, radius), tip, axis)
 
 
