@@ -20,8 +20,9 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene.scene import Scene
-from bipot.traction import consistent_tractions, contact_edges
+from bipot.traction import contact_edges
 from bipot.typing import Floats, einsum
+from studies.recovered import consistent_tractions
 
 
 @dataclass(frozen=True)
