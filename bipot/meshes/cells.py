@@ -108,13 +108,7 @@ def require_sides(**sides: float) -> None:
 
 
 def require_room(boxes: int, element: Element, counts: Mapping[str, int]) -> None:
-    """Refuse ``counts`` by name that make more ``boxes``, or parts of them, than memory has room for.
-
-    Boxes are quadrilaterals and hexahedra.
-
-    Raises:
-        SceneError: naming the largest count.
-    """
+    """Refuse ``counts`` by name that make more quadrilaterals or hexahedra, ``boxes``, than memory has room for."""
     # In a large mesh each has one corner of its own, and these mid-sides and centres, together with its parts.
     d = element.dimension
     own = 1 if not element.quadratic else 1 + d if element.shape.cube and not element.centred else 2**d
