@@ -21,8 +21,7 @@ from bipot.forms import Penalty
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Perfect
-from bipot.laws.rate import RateVonMises
-from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
+from bipot.laws.von_mises import Elasticity, RateVonMises, TangentKind, VonMises
 from bipot.meshes.cells import require_sides
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout, require_layout_room
