@@ -19,6 +19,7 @@ from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.penalty import PenaltyProgram
+from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 
 
@@ -52,7 +53,7 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     taken = rows.take(near)
     K = iterate.stiffness(TangentKind.CONSISTENT)
     f = K @ iterate.x - iterate.residual
-    program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
+    program = TangentProgram(K, f, ContactTerms(taken, np.zeros(len(taken.frictional))))
     problem = reduce(condense(program).program).problem
     return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
 

@@ -71,7 +71,7 @@ def posed(mu: float = 0.3, after: int = 6) -> Posed:
     threshold = rows.threshold(state.forces[: rows.count])
     K = system.body.stiffness(response, TangentKind.CONSISTENT)
     units = Units(0.5 * dtau, 5.0, 300.0, 125.0)
-    tangent = TangentProgram.of(K, K @ x - response.internal, rows, threshold).scaled(units)
+    tangent = TangentProgram(K, K @ x - response.internal, ContactTerms(rows, threshold)).scaled(units)
     model = system.body.plastic_model(response)
     dissipation = DissipationProgram(model, np.zeros(len(x)), ContactTerms(rows, threshold)).scaled(units)
     return Posed(tangent, dissipation, rows, units)

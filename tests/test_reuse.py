@@ -29,6 +29,7 @@ from bipot.programs import condensation
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch
+from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.scene.scene import Geometry
 from bipot.scene.supports import Support
@@ -216,7 +217,7 @@ def chain(stiffness, kept):
     none = sp.csr_matrix((0, n))
     bare = np.empty(0, int), np.zeros(1), np.full(1, np.inf), np.zeros(1, bool)
     rows = ContactRows(G, np.ones(1), none, np.zeros((0, 1)), *bare)
-    return TangentProgram.of(sp.csc_matrix(K), np.arange(float(n)), rows, np.zeros(0))
+    return TangentProgram(sp.csc_matrix(K), np.arange(float(n)), ContactTerms(rows, np.zeros(0)))
 
 
 def test_condensation_of_a_body_that_only_its_contacts_hold():

@@ -23,7 +23,8 @@ from bipot.laws.penalised import Envelope, normal_potential, normal_traction, ta
 from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
-from bipot.typing import Floats, Ints, max_abs
+from bipot.programs.terms import ContactTerms
+from bipot.typing import Floats, max_abs
 
 LOST = 1e-3
 """Residual over the largest force above which a minimisation is given up."""
@@ -96,10 +97,6 @@ class PenaltyTerms:
             self.k_n / stiffness,
             self.k_t / stiffness,
         )
-
-    def columns(self, dofs: Ints) -> PenaltyTerms:
-        """The same terms on the unknowns ``dofs`` only, which must include every one they touch."""
-        return replace(self, rows=self.rows.columns(dofs))
 
 
 @dataclass(frozen=True)
@@ -207,8 +204,8 @@ class PenaltyProgram:
 
     def condensed(self) -> tuple[PenaltyProgram, Condensed]:
         """The same program on the unknowns its contact rows touch, and the way back."""
-        small = condense(TangentProgram.of(self.K, self.f, self.contact.rows, self.contact.threshold))
-        terms = self.contact.columns(small.kept)
+        small = condense(TangentProgram(self.K, self.f, ContactTerms(self.contact.rows, self.contact.threshold)))
+        terms = replace(self.contact, rows=small.program.contact.rows)
         return PenaltyProgram(small.program.K, small.program.f, terms), small
 
 
