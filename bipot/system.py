@@ -11,7 +11,6 @@ from bipot.certificate import EPS
 from bipot.contact.candidates import Candidates
 from bipot.contact.chosen import candidates
 from bipot.fem.assembly import rigid_motions
-from bipot.fem.kinematics import gradients
 from bipot.response import Body, Response, State, body_space, rest
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
@@ -88,7 +87,7 @@ class System:
         """The scales by which forces and motions are compared."""
         body, elastic = self.body, self.body.scene.material.elasticity
         mesh = body.scene.mesh
-        placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)
+        placed = body.space.gradients(mesh.nodes)
         B, C = placed.B, elastic.stiffness(placed.reduction.mandel)
         diagonal = einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
         slopes = np.abs(placed.shape).sum(axis=2)
