@@ -150,12 +150,8 @@ class Candidates:
         """Contact forces r (c, d) on the body as vectors (w, d), by ``frames`` (w, d, d) or by those at rest."""
         return einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
-    def resultant(self, r: Floats, frames: Floats | None = None) -> Floats:
-        """Force (k, d) of each tool on the modelled body from contact forces r (c, d), as in :meth:`vectors`."""
-        return self.sums(self.vectors(r, frames))
-
     def sums(self, vectors: Floats) -> Floats:
-        """Sums (k, d) of vectors (w, d) over what each tool meets."""
+        """Sums (k, d) of vectors (w, d) over what each tool meets: of contact forces those of the tools on the body."""
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
@@ -273,10 +269,6 @@ class Candidates:
     def _owned(self) -> Bools:
         """Whether the candidate is the tool's (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
-
-    def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (w, d) at ``nodes`` (a, d) about centres of turning tools at ``placed`` (k, p)."""
-        return self.faces.moments(vectors, self.met.places(nodes), placed)
 
     @cached_property
     def _operators(self) -> Operators:
