@@ -84,30 +84,6 @@ def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style:
     return line
 
 
-def traction_profile(
-    ends: Floats,
-    means: Floats,
-    radius: Floats,
-    values: Floats,
-    ax: Axes | None = None,
-    marker: str = ".",
-    **style: Any,
-) -> tuple[LineCollection, Line2D]:
-    """Traction on a contact line between the edges' ends (f, 2), nodal values marked.
-
-    ``means`` (f,) are drawn as steps, values (f, 2) at the ends as straight lines.
-    """
-    from matplotlib.collections import LineCollection
-
-    axes = axes_of(ax)
-    levels = np.stack([ends, np.broadcast_to(means.reshape(len(ends), -1), ends.shape)], axis=-1)
-    steps = LineCollection(list(levels), **{"lw": 2.2, **style})
-    axes.add_collection(steps)
-    (marks,) = axes.plot(radius, values, marker, ms=4, mew=0.8, mfc="none", color=steps.get_color()[0], zorder=1)
-    axes.autoscale_view()
-    return steps, marks
-
-
 def _require_plane(nodes: object, rows: object, field: str, kind: str, what: str) -> None:
     """Refuse what are no positions in a plane, and no array of ``rows``."""
     flat = isinstance(nodes, np.ndarray) and nodes.ndim == 2 and nodes.shape[1] == 2
