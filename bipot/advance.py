@@ -153,13 +153,16 @@ class Advance:
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, p)."""
-        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), self._before(advance))
+        met = self.candidates.met
+        going = Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
+        return self.candidates.faces.meeting(self.start.gap, going, self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin, as poses ``advance`` by (k, p): to flat tools those of the start."""
         if not self.candidates.curved:
             return self.start.gap
-        gap = self.candidates.faces.after(self._going(np.zeros_like(self.start.nodes), advance), self._before(advance))
+        x = self.candidates.met.places(self.start.nodes)
+        gap = self.candidates.faces.after(x, self.placed, self._before(advance))
         flat = np.array([tool.flat for tool in self.candidates.scene.tools], dtype=bool)
         return np.where(flat[self.candidates.tool], self.start.gap, gap)
 
@@ -168,11 +171,6 @@ class Advance:
         # What a force drives goes through the air as the iterate says.
         forced = any(tool.driven_by is not None and not tool.flat for tool in self.candidates.scene.tools)
         return self._in_air(advance[:, : self.start.nodes.shape[1]]) if forced else self._in_air_along_path
-
-    def _going(self, du: Floats, advance: Floats) -> Going:
-        """The motion of parts and tools for these displacements (a, d) and changes of poses (k, p)."""
-        met = self.candidates.met
-        return Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
 
     @cached_property
     def _in_air_along_path(self) -> Floats:
