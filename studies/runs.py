@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
 from bipot.conic.problem import Timing
@@ -17,6 +19,7 @@ from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.programs.condensation import factorise
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene.scene import Scene
@@ -83,10 +86,16 @@ def condition(trial: Trial, x: Floats) -> float:
         rows = trial.iterate.rows.take(np.zeros(trial.iterate.rows.count, dtype=bool))
         terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.ones(0), np.ones(0))
         posed = PenaltyProgram(trial.iterate.stiffness(TangentKind.CONSISTENT), np.zeros(len(x)), terms)
+    H = posed.hessian(x)
     try:
-        return posed.condition(x)
+        lu = factorise(H)
     except ProgramError:
         return float("inf")
+    # The stubs of scipy hide the keyword constructor.
+    operator: Any = sla.LinearOperator
+    inverse = operator(H.shape, matvec=lu.solve, rmatvec=lu.solve, dtype=float)
+    # In the 1-norm, by Higham and Tisseur's estimator.
+    return float(sla.norm(H, 1)) * float(np.asarray(sla.onenormest(inverse)))
 
 
 def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[float, ...] = ()) -> Run:

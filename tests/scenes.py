@@ -20,7 +20,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.paper import upsetting
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import ContactRows, Units
+from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
@@ -151,3 +151,10 @@ class Listed(Schedule):
 
     def times(self):
         return list(self.ends)
+
+
+def plastic_strain(program, solution):
+    """e_p (g, m) of a dissipation program's answer, in coordinates of the basis: dev e - d."""
+    m = program.model
+    deviator = m.deviatoric @ solution.block(Block.DISPLACEMENT) - solution.block(Block.ELASTIC_DEVIATOR)
+    return m.deviator_0 + deviator.reshape(m.stress.shape)

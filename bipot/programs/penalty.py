@@ -11,16 +11,15 @@ penalties forces per length. How it is minimised is a choice: :mod:`bipot.progra
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential, tangential_traction
-from bipot.programs.condensation import Condensed, condense, factorise
+from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
 from bipot.programs.terms import ContactTerms
@@ -133,15 +132,6 @@ class PenaltyProgram:
         normal = rows.G_n.T @ _weighted(rows.G_n, self.contact.normal(du).hessian[:, None, None])
         tangential = rows.G_t.T @ _weighted(rows.G_t, self.contact.tangential(du).hessian)
         return sp.csc_matrix(self.K + (normal + tangential))
-
-    def condition(self, x: Floats) -> float:
-        """Estimate of the Hessian's condition number in the 1-norm (Higham and Tisseur's estimator)."""
-        H = self.hessian(x)
-        lu, n = factorise(H), len(self.f)
-        # The stubs of scipy hide the keyword constructor.
-        operator: Any = sla.LinearOperator
-        inverse = operator((n, n), matvec=lu.solve, rmatvec=lu.solve, dtype=float)
-        return float(sla.norm(H, 1)) * float(np.asarray(sla.onenormest(inverse)))
 
     def conic(self) -> ConicProgram:
         """(29) in standard form, of the variables y = (dU, v_n, v_t) and bounds on |v_t|.
