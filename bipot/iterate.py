@@ -110,11 +110,11 @@ class Increment:
         return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.tools.path))
 
     @cached_property
-    def inside(self) -> float:
-        """Depth in a tool of nodes that are held, hence no contacts."""
+    def driven_into(self) -> supported.DrivenInto:
+        """The deepest of the nodes in tools that are held, hence no contacts."""
         scene = self.system.body.scene
         placed = scene.placed(self.tau, self.start.translation)
-        return supported.driven_into(self.system.candidates, placed, scene.driven(self.tau)).depth
+        return supported.driven_into(self.system.candidates, placed, scene.driven(self.tau))
 
     @cached_property
     def units(self) -> Units:
