@@ -88,21 +88,13 @@ def upsetting(
 
 
 def as_written(scene: Scene, K_n: float, K_t: float) -> tuple[Scene, Control]:
-    """Scene and control of the paper's scheme; of an :func:`unreturned` scene without the return map.
-
-    Raises:
-        SceneError: a penalty that is not finite and positive.
-    """
+    """Scene and control of the paper's scheme; of an :func:`unreturned` scene without the return map."""
     form = Penalty(K_n, K_t, kind=TangentKind.CONTINUUM)
     control = Control(form, (), Limits(Bounds.none(), passes=1), integration=Integration.BACKWARD_EULER)
     return replace(scene, configuration=Configuration.PAPER), control
 
 
 def unreturned(scene: Scene) -> Scene:
-    """The scene with the stress of its von Mises material by (4) alone, not returned to the yield surface.
-
-    Raises:
-        SceneError: another material.
-    """
+    """The scene, of a von Mises material, with the stress by (4) alone, not returned to the yield surface."""
     require_type(scene.material, VonMises, "scene.material")
     return replace(scene, material=RateVonMises(**vars(scene.material)))

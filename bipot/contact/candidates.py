@@ -78,11 +78,6 @@ class Candidates:
             out[number[number >= 0]] = shares(self.scene, k, own)[number >= 0]
         return out
 
-    @property
-    def changes(self) -> bool:
-        """Whether rows change from iterate to iterate."""
-        return self.curved or self.capped
-
     @cached_property
     def curved(self) -> bool:
         """Whether a tool is curved, so that rows depend on the positions of candidates."""

@@ -199,9 +199,6 @@ def multiplicity(
     """Solutions found from no force, full stick and ``starts`` random forces, or by all modes: of c <= 6 in a plane.
 
     Two solutions differ where their velocities do, in units of contacts, by more than ``apart`` relative to |q|.
-
-    Raises:
-        SceneError: no problem, no limits, a number that is none or negative.
     """
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)

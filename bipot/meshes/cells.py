@@ -35,9 +35,6 @@ class Fine:
     """A grading of a side: its last ``length`` in ``elements`` of one size, from which the others grow by one factor.
 
     It is for a side whose end rolls onto a tool: the force jumps as a node lands, in proportion to the size there.
-
-    Raises:
-        SceneError: a length that is not above zero, no elements.
     """
 
     length: float

@@ -27,11 +27,7 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of plane elements (e, k) between nodes (a, 2), with their curvature; ``style`` is matplotlib's.
-
-    Raises:
-        SceneError: other shapes.
-    """
+    """The edges of plane elements (e, k) between nodes (a, 2), with their curvature; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
     _require_plane(nodes, elements, "elements", "(e, k), as mesh.elements", "node numbers")
@@ -44,11 +40,7 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
 
 
 def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges (f, n) of a boundary between nodes (a, 2), with their curvature.
-
-    Raises:
-        SceneError: other shapes.
-    """
+    """The edges (f, n) of a boundary between nodes (a, 2), with their curvature."""
     from matplotlib.collections import LineCollection
 
     _require_plane(nodes, edges, "edges", "(f, n), as mesh.outline or mesh.boundary(name)", "node numbers")
@@ -58,11 +50,7 @@ def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -
 
 
 def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
-    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units.
-
-    Raises:
-        SceneError: other shapes, a length that is no number.
-    """
+    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units."""
     _require_plane(nodes, values, "values", "(a, 2), one at each node", "vectors")
     require(np.shape(values) == np.shape(nodes), "values", f"shape {np.shape(values)}", f"{np.shape(nodes)}, as nodes")
     require_number(length, "length")
@@ -72,11 +60,7 @@ def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float
 
 
 def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style: Any) -> Line2D:
-    """Force over stroke, both (n,), from the origin.
-
-    Raises:
-        SceneError: different lengths.
-    """
+    """Force over stroke, both (n,), from the origin."""
     require(
         np.shape(force) == np.shape(stroke), "force", f"shape {np.shape(force)}", f"one a stroke, {np.shape(stroke)}"
     )

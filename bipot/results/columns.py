@@ -21,11 +21,7 @@ Value = float | int | str
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a history: its header, its meaning and unit, and the function that computes it.
-
-    Raises:
-        SceneError: a name that is no string, a value that is no function.
-    """
+    """One column of a history: its header, its meaning and unit, and the function that computes it."""
 
     name: str
     meaning: str
@@ -123,9 +119,6 @@ MIN_JACOBIAN = Column(
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """Accumulated work, elastic, plastic, friction of the whole body times ``factor`` to ``unit``, and energy error.
 
-    Raises:
-        SceneError: a unit that is no string, a factor that is no number above zero.
-
     >>> [column.name for column in energies("J", 1e-3)]
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
     """
@@ -145,9 +138,6 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
 
 def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """The certificate's measures, the gap of the whole body times ``factor`` to the energy ``unit``.
-
-    Raises:
-        SceneError: as :func:`energies`.
 
     >>> [column.name for column in certificate("J", 1e-3)][-2:]
     ['bipotential_gap_J', 'relative_gap']
