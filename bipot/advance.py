@@ -14,7 +14,7 @@ from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
 from bipot.response import State
-from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.scene.supports import Symmetry
 from bipot.tools.aloft import Aloft, Carried
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
@@ -90,7 +90,7 @@ class Advance:
             return np.zeros(scene.mesh.dimension)
         others = [s for s in scene.supports if not isinstance(s, Symmetry)]
         ways = [s.along(scene.mesh.dimension) for s in others]
-        return nearest(ways, [self._asked(s) for s in others], self._planes)
+        return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], self._planes)
 
     @property
     def _planes(self) -> list[Vector]:
@@ -119,11 +119,6 @@ class Advance:
         under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
         ridden = Riding(contacts, self.start, *under, self.placed, self.turned, held).carried()
         return ridden._replace(by=ridden.by + along)
-
-    def _asked(self, support: Support) -> float:
-        """The displacement of a support in the increment."""
-        moves = isinstance(support, Prescribed)
-        return support.at(self.tau) - support.at(self.start.tau) if moves else 0.0
 
     @cached_property
     def placed(self) -> Floats:
@@ -158,29 +153,24 @@ class Advance:
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, p)."""
-        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), self._before(advance))
+        met = self.candidates.met
+        going = Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
+        return self.candidates.faces.meeting(self.start.gap, going, self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin, as poses ``advance`` by (k, p): to flat tools those of the start."""
         if not self.candidates.curved:
             return self.start.gap
-        gap = self.candidates.faces.after(self._going(np.zeros_like(self.start.nodes), advance), self._before(advance))
+        x = self.candidates.met.places(self.start.nodes)
+        gap = self.candidates.faces.after(x, self.placed, self._before(advance))
         flat = np.array([tool.flat for tool in self.candidates.scene.tools], dtype=bool)
         return np.where(flat[self.candidates.tool], self.start.gap, gap)
 
     def _before(self, advance: Floats) -> Floats:
         """What of the motion (w, d) of parts is no slip, as poses ``advance`` by (k, p)."""
-        return self._in_air(advance[:, : self.start.nodes.shape[1]]) if self._forced else self._in_air_along_path
-
-    def _going(self, du: Floats, advance: Floats) -> Going:
-        """The motion of parts and tools for these displacements (a, d) and changes of poses (k, p)."""
-        met = self.candidates.met
-        return Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
-
-    @property
-    def _forced(self) -> bool:
-        """Whether a force drives a curved tool, whose motion through the air then depends on the iterate."""
-        return any(tool.driven_by is not None and not tool.flat for tool in self.candidates.scene.tools)
+        # What a force drives goes through the air as the iterate says.
+        forced = any(tool.driven_by is not None and not tool.flat for tool in self.candidates.scene.tools)
+        return self._in_air(advance[:, : self.start.nodes.shape[1]]) if forced else self._in_air_along_path
 
     @cached_property
     def _in_air_along_path(self) -> Floats:

@@ -211,9 +211,9 @@ class Riding:
         """Of the means over the points of each tool (k, w)."""
         contacts, r = self.candidates, self.start.forces
         touching = touches(self.start.gap, contacts.scene.size)
-        own = contacts.tool == np.arange(len(contacts.scene.tools))[:, None]
-        pushing = own & touching & carries(r)
-        share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], (own & touching) * contacts.share)
+        pushing = contacts.owned & touching & carries(r)
+        resting = (contacts.owned & touching) * contacts.share
+        share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], resting)
         return np.abs(contacts.parts.weight) * share[:, contacts.parts.owner]
 
     def _along(self, motion: Floats) -> Floats:

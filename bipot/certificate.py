@@ -165,11 +165,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Upper bounds on the certificate for an increment to be accepted; inf is no bound.
-
-    Raises:
-        SceneError: a bound that is not a number above zero.
-    """
+    """Upper bounds on the certificate for an increment to be accepted, above zero; inf is no bound."""
 
     equilibrium: float = 1e-7
     yield_violation: float = 1e-9

@@ -56,7 +56,6 @@ from bipot.contact.closeness import touches
 from bipot.contact.shear import Strength, caps
 from bipot.contact.supported import rubbed
 from bipot.fem.assembly import element_force
-from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.iterate import Increment, Iterate
 from bipot.response import State
@@ -151,9 +150,7 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     if not driven.any():
         return 0.0
     body = system.body
-    placed = gradients(
-        body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
-    )
+    placed = body.space.gradients(body.scene.origin(start.nodes))
     contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
     before = system.reactions(element_force(placed, start.stress), increment.loads.before, contacts)
     return vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven)
@@ -212,6 +209,6 @@ def _caps(start: State, increment: Increment) -> Floats:
     """The caps (c,) at the start, inf where none is asked."""
     body = increment.system.body
     scene, balanced = body.scene, body.scene.balanced(start.nodes - start.du, start.du)
-    volume = gradients(balanced, scene.mesh.elements, body.space.reference, scene.geometry).volume
+    volume = body.space.gradients(balanced).volume
     strength = Strength(scene.material.yield_stress(start.peeq), volume)
     return caps(increment.system.candidates, strength, balanced, start.nodes, increment.tools.placed)

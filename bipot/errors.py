@@ -1,8 +1,9 @@
 """Exceptions of the package, under one base, and the checks that raise them.
 
-Bad input is refused when an object is made (:class:`SceneError`, by :func:`require`). A convex program without a
-solution says whether it is infeasible or unbounded (:class:`InfeasibleProgram`, :class:`UnboundedProgram`). An
-increment that cannot be accepted carries the last accepted state (:class:`IncrementFailed`).
+Bad input is refused when an object is made or a function called (:class:`SceneError`, by :func:`require`): what is of a
+wrong type or shape always is, which docstrings do not repeat. A convex program without a solution says whether it is
+infeasible or unbounded (:class:`InfeasibleProgram`, :class:`UnboundedProgram`). An increment that cannot be accepted
+carries the last accepted state (:class:`IncrementFailed`).
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.penalty import PenaltyProgram
+from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 
 
@@ -44,7 +45,6 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
 
     Raises:
         ProgramError: a welded point, capped friction, or a singular stiffness.
-        SceneError: no increment.
     """
     require_type(accepted, Accepted, "accepted")
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
@@ -52,7 +52,7 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     taken = rows.take(near)
     K = iterate.stiffness(TangentKind.CONSISTENT)
     f = K @ iterate.x - iterate.residual
-    program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
+    program = TangentProgram(K, f, ContactTerms(taken, np.zeros(len(taken.frictional))))
     problem = reduce(condense(program).program).problem
     return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
 
@@ -80,9 +80,6 @@ def conic_program(
     ``accepted.units.length``, forces in ``accepted.units.force``, energies in their product. ``conic()`` is the
     standard form, ``statement()`` the same in cvxpy. The multipliers of the rows "gap" are the normal contact forces,
     those of "friction" the thresholds mu r_n, or their caps, and the tangential forces.
-
-    Raises:
-        SceneError: no increment, a form that poses no conic program.
     """
     require_type(accepted, Accepted, "accepted")
     poses = isinstance(form, Tangent | Dissipation | Penalty | Uzawa)

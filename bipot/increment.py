@@ -36,9 +36,6 @@ class Limits:
 
     It is given up after ``passes``, or when ``patience`` passes in turn have not reduced the worst measure (over its
     bound) below ``progress`` times its smallest value so far.
-
-    Raises:
-        SceneError: a wrong type, or a value out of its range.
     """
 
     bounds: Bounds = Bounds()

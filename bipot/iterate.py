@@ -22,7 +22,6 @@ from bipot.load_change import LoadChange
 from bipot.past import Past
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
-from bipot.scales import units_of
 from bipot.scene.paces import Paces
 from bipot.schedule import ROUND_OFF
 from bipot.system import System
@@ -111,18 +110,18 @@ class Increment:
         return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.tools.path))
 
     @cached_property
-    def inside(self) -> float:
-        """Depth in a tool of nodes that are held, hence no contacts."""
+    def driven_into(self) -> supported.DrivenInto:
+        """The deepest of the nodes in tools that are held, hence no contacts."""
         scene = self.system.body.scene
         placed = scene.placed(self.tau, self.start.translation)
-        return supported.driven_into(self.system.candidates, placed, scene.driven(self.tau)).depth
+        return supported.driven_into(self.system.candidates, placed, scene.driven(self.tau))
 
     @cached_property
     def units(self) -> Units:
-        """The units by which its numbers are scaled (:mod:`bipot.scales`)."""
+        """The units by which its numbers are scaled."""
         prescribed = max(self.reach, float(norm(self.driven).max()))
         new = self.loads.change if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
-        return units_of(self.system, self.start, prescribed, new)
+        return self.system.units(self.start, prescribed, new)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the unknowns x (n,): free displacements, and coordinates of tools that are driven.
@@ -268,7 +267,8 @@ class Iterate:
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
-        return self.increment.system.candidates.resultant(self.rubbed(r), self.frames)
+        contacts = self.increment.system.candidates
+        return contacts.sums(contacts.vectors(self.rubbed(r), self.frames))
 
     def tool_moments(self, r: Floats) -> Floats:
         """Moment (tools,) of each turning tool on the modelled body, about its centre, under r (c, d); 0 for others.
@@ -278,8 +278,8 @@ class Iterate:
         contacts = self.increment.system.candidates
         if not contacts.scene.turning.any():
             return np.zeros(len(contacts.scene.tools))
-        nodes = self.increment.start.nodes + self.response.du
-        return contacts.moments(contacts.vectors(r, self.frames), nodes, self.placed)
+        places = contacts.met.places(self.increment.start.nodes + self.response.du)
+        return contacts.faces.moments(contacts.vectors(r, self.frames), places, self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""

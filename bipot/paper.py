@@ -21,8 +21,7 @@ from bipot.forms import Penalty
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Perfect
-from bipot.laws.rate import RateVonMises
-from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
+from bipot.laws.von_mises import Elasticity, RateVonMises, TangentKind, VonMises
 from bipot.meshes.cells import require_sides
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout, require_layout_room
@@ -89,21 +88,13 @@ def upsetting(
 
 
 def as_written(scene: Scene, K_n: float, K_t: float) -> tuple[Scene, Control]:
-    """Scene and control of the paper's scheme; of an :func:`unreturned` scene without the return map.
-
-    Raises:
-        SceneError: a penalty that is not finite and positive.
-    """
+    """Scene and control of the paper's scheme; of an :func:`unreturned` scene without the return map."""
     form = Penalty(K_n, K_t, kind=TangentKind.CONTINUUM)
     control = Control(form, (), Limits(Bounds.none(), passes=1), integration=Integration.BACKWARD_EULER)
     return replace(scene, configuration=Configuration.PAPER), control
 
 
 def unreturned(scene: Scene) -> Scene:
-    """The scene with the stress of its von Mises material by (4) alone, not returned to the yield surface.
-
-    Raises:
-        SceneError: another material.
-    """
+    """The scene, of a von Mises material, with the stress by (4) alone, not returned to the yield surface."""
     require_type(scene.material, VonMises, "scene.material")
     return replace(scene, material=RateVonMises(**vars(scene.material)))

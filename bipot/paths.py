@@ -83,11 +83,7 @@ def vector(value: object, field: str) -> tuple[float, ...]:
 
 
 def require_components(value: Sequence[float], dimension: int, field: str) -> None:
-    """Refuse a vector of so many components on a body of another ``dimension``.
-
-    Raises:
-        SceneError: naming the field.
-    """
+    """Refuse a vector of so many components on a body of another ``dimension``."""
     allowed = f"of {dimension} numbers, as the other vectors and the nodes of the mesh"
     require(len(value) == dimension, field, value, allowed)
 
@@ -149,11 +145,7 @@ RAMP = Amplitude()
 
 
 def require_bounded(size: float, amplitude: object, field: str, largest: float) -> None:
-    """Refuse what is no amplitude of a ``size``, or a size that is out of range, by itself or at its largest multiple.
-
-    Raises:
-        SceneError: naming the ``field`` of the size, or the amplitude beside it.
-    """
+    """Refuse what is no amplitude of a ``size``, or a size out of range, by itself or at its largest multiple."""
     require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
     for value in (size, size * amplitude.largest):  # type: ignore[attr-defined]
         require_magnitude(value, f"{field}, its amplitude with it", largest)

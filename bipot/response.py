@@ -163,11 +163,7 @@ class Body:
         return Response(state, x, du, kin, rotated, returned, forces, space_.vector(forces))
 
     def refuse_folded(self, response: Response) -> None:
-        """Refuse elements that are folded anywhere: where strain or equilibrium is posed, and at the end.
-
-        Raises:
-            InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
-        """
+        """Refuse elements that are folded anywhere: where strain or equilibrium is posed, and at the end."""
         start, du = response.state.nodes, response.du
         placements = self.scene.configuration.measure.placements(start, du)
         refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry, straight=True)

@@ -10,8 +10,9 @@ import numpy as np
 from bipot.certificate import EPS
 from bipot.contact.candidates import Candidates
 from bipot.contact.chosen import candidates
+from bipot.contact.closeness import LEAST_MOTION
 from bipot.fem.assembly import rigid_motions
-from bipot.fem.kinematics import gradients
+from bipot.programs.data import Units
 from bipot.response import Body, Response, State, body_space, rest
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
@@ -88,7 +89,7 @@ class System:
         """The scales by which forces and motions are compared."""
         body, elastic = self.body, self.body.scene.material.elasticity
         mesh = body.scene.mesh
-        placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)
+        placed = body.space.gradients(mesh.nodes)
         B, C = placed.B, elastic.stiffness(placed.reduction.mandel)
         diagonal = einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
         slopes = np.abs(placed.shape).sum(axis=2)
@@ -101,6 +102,31 @@ class System:
             lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
             gradient=float(slopes.sum(axis=2).max()),
         )
+
+    def units(self, start: State, prescribed: float, new_load: Floats) -> Units:
+        """Units: displacements to be expected, stresses to be reached up to the yield stress, the volume of a cube.
+
+        In plane strain the volume is that of a square of unit thickness. The expected displacement is the largest of
+        what is ``prescribed`` (travel of tools and supports) and of the elastic displacement that the new loads on the
+        unknowns (n,) cause at their own nodes and those of their tools. Where nothing is prescribed it is the largest
+        of the latter and the last motion; where all are zero, the displacement that would release the stress, or a
+        small part of the body's size. It is never less than a small part of what would release the stress: the motions
+        of a body that rests fall to round-off from increment to increment, and in units of that a program has forces,
+        but no stiffness left.
+        """
+        scene, space, rigidity = self.body.scene, self.body.space, self.rigidity
+        young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(start.stress).max())
+        moved, new = float(norm(start.du).max()), 0.0
+        if scene.loads or scene.drives:
+            yielding = norm(space.spread(new_load)) / rigidity.nodal
+            sinking = np.abs(space.beside(new_load)) / rigidity.tools
+            new = float(max(yielding.max(), sinking.max(initial=0.0)))
+        released = size * stress / young
+        length = max(prescribed or moved, new) or max(released, LEAST_MOTION * size)
+        length = max(length, LEAST_MOTION * released)
+        reached = max(young * length / size, stress)
+        stress = min(float(scene.material.yield_stress(0.0)), reached)
+        return Units(length, size, stress, size**scene.geometry.reduction.extents)
 
     def force_blur(self, response: Response, moved: float, faint: float) -> float:
         """Round-off of the internal forces at the node where it is largest (module docstring of bipot.checks.examined).

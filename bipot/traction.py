@@ -10,19 +10,11 @@ dA = 2 pi r ds (axisymmetric) or ds (plane strain), in space of the faces of whi
 
     A_ei = int_e N_i dA,    A_i = sum_e A_ei,    A_e = sum_i A_ei.
 
-Three recoveries, of which the first two combine forces with weights >= 0. Coulomb's cone is convex, so they obey sign
-and cone because the forces do:
-
-    nodal        t_i = r_i/A_i,                             :func:`tractions`, what results hold,
-    edge means   t_e = sum_i (A_ei/A_i) r_i / A_e,          :func:`edge_tractions`, what figures draw,
-    consistent   M t = r,  M_ij = sum_e int_e N_i N_j dA,   :func:`consistent_tractions`.
-
-Edge means preserve the resultant and smooth: of a jump between two edges they show five sixths. Nodal values are exact
-where the traction is linear on equal straight edges, else of order two. Their quotient is that of the forces, so a
-slipping node is on the envelope. At the axis of a ring A_i vanishes, and with it the force: where A_i is less than
-:data:`LEAST_SHARE` of the edges around, the node takes their mean, of order one. The consistent recovery is exact for
-quadratic tractions, but its inverse has negative entries: where forces alternate from corner to mid-side its nodal
-values change sign and leave the cone. It serves where that oscillation, or an error in the mass norm, is measured.
+A node takes t_i = r_i/A_i. Weights are >= 0 and Coulomb's cone is convex, so tractions obey sign and cone because the
+forces do. They are exact where the traction is linear on equal straight edges, else of order two. Their quotient is
+that of the forces, so a slipping node is on the envelope. At the axis of a ring A_i vanishes, and with it the force:
+where A_i is less than :data:`LEAST_SHARE` of the edges around, the node takes their mean, of order one. Other
+recoveries are in ``studies.recovered``.
 
 Where a support or symmetry holds the tangent, the shear is zero: the support carries that force, not the tool. A mean's
 tangent is held where that of all its nodes is; where only some are held, it rubs by the others.
@@ -33,9 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries
@@ -108,7 +98,7 @@ def tractions(
         limit = np.multiply(mu, pressure, out=np.full(len(r), np.inf), where=np.isfinite(mu))
         limit[~candidates.tangent_free] = 0.0
         along = project_disc(found[line, 1:], limit[line])
-        shear[line] = _along(along)
+        shear[line] = component(along)
     return pressure, shear
 
 
@@ -122,7 +112,7 @@ def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floa
     """t_i = r_i/A_i (a, k) of ``forces`` (a, k); the mean of its edges at a node without area, 0 off the edges."""
     own = facet_mass(nodes, edges, geometry).sum(axis=2)
     area = own.sum(axis=1)
-    pooled = _shared(own, len(nodes), edges, forces)
+    pooled = shared(own, len(nodes), edges, forces)
     share, around = np.zeros(len(nodes)), np.zeros(len(nodes))
     whole = np.zeros(forces.shape)
     np.add.at(share, edges, own)
@@ -133,18 +123,7 @@ def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floa
     return np.divide(np.where(alone[:, None], forces, whole), weight, out=np.zeros(forces.shape), where=weight > 0)
 
 
-def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:
-    """Mean traction t_e (f, k) of nodal ``forces`` (a, k), which the edges (f, n) share in proportion A_ei.
-
-    >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    >>> edge_tractions(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN, np.array([[1.0], [4.0], [1.0]])).round(12)
-    array([[6.]])
-    """
-    own = facet_mass(nodes, edges, geometry).sum(axis=2)
-    return _shared(own, len(nodes), edges, forces) / own.sum(axis=1)[:, None]
-
-
-def _shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
+def shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
     """Shares (f, k) of nodal ``forces`` (``count``, k) on the edges (f, n), by their nodes' areas ``own`` (f, n)."""
     # A strongly distorted ring edge at the axis may have a small negative one.
     part, total, number = np.maximum(own, 0.0), np.zeros(count), np.zeros(count)
@@ -152,34 +131,6 @@ def _shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
     np.add.at(number, edges, 1.0)
     part = np.where(total[edges] > 0, part / np.where(total > 0, total, 1.0)[edges], 1 / number[edges])
     return einsum("fi,fik->fk", part, forces[edges])
-
-
-def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
-    """Pressure and shear (c,) by the consistent mass, as :func:`tractions` but not within sign and cone.
-
-    For weighted points they are the :func:`multipliers`. At the axis of a quadratic mesh the row of M sums to zero, but
-    M is regular, so nothing is lumped. Where a support holds the tangent the row of the shear is omitted. In space the
-    shear is the length of its vector.
-    """
-    pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
-    for number in range(len(candidates.scene.tools)):
-        edges = contact_edges(candidates, number, closed)
-        line, local = np.unique(edges, return_inverse=True)
-        if not line.size:
-            continue
-        if candidates.points[number].weighted:
-            found = multipliers(candidates, number, nodes, r)[line]
-            pressure[line], shear[line] = found[:, 0], _along(found[:, 1:])
-            continue
-        mass = facet_mass(nodes, candidates.node[edges], candidates.scene.geometry)
-        M = _assemble(mass, local.reshape(edges.shape), len(line))
-        free = candidates.tangent_free[line]
-        pressure[line] = splu(M).solve(r[line, 0])
-        shear[line] = 0.0
-        if free.any():
-            along = splu(M[free][:, free].tocsc()).solve(r[line[free], 1:])
-            shear[line[free]] = _along(along)
-    return pressure, shear
 
 
 def contact_edges(candidates: Candidates, number: int, closed: Bools) -> Ints:
@@ -210,11 +161,6 @@ def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -
     return out
 
 
-def _along(shear: Floats) -> Floats:
+def component(shear: Floats) -> Floats:
     """Of shear vectors (a, d - 1) the component, or in space the length (a,)."""
     return shear[:, 0] if shear.shape[1] == 1 else norm(shear)
-
-
-def _assemble(mass: Floats, local: Ints, size: int) -> sp.csc_matrix:
-    rows, columns = np.broadcast_arrays(local[:, :, None], local[:, None, :])
-    return sp.csc_matrix((mass.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))

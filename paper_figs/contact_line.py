@@ -15,8 +15,8 @@ from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import FlatTool, Sampling
-from bipot.traction import edge_tractions
 from bipot.typing import Floats, Ints
+from studies.recovered import edge_tractions
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
-from bipot import plot
 from bipot.laws.coulomb import Status
 from bipot.results import History
+from bipot.typing import Floats
 from paper_figs.common import BLUE, GREY, VERMILLION, legend_below, letters
 from paper_figs.contact_line import Line, contact_line
 from paper_figs.shown import Group, friction, make, paired, titled, width_of
@@ -86,10 +87,25 @@ def stages(run: History) -> list[tuple[History, int] | None]:
     return [(run, early) if early < last else None, (run, last)]
 
 
+def profile(
+    ax: Axes, ends: Floats, means: Floats, radius: Floats, values: Floats, marker: str, color: str
+) -> tuple[LineCollection, Line2D]:
+    """Traction on a contact line between the edges' ends (f, 2), nodal values marked.
+
+    ``means`` (f,) are drawn as steps, values (f, 2) at the ends as straight lines.
+    """
+    levels = np.stack([ends, np.broadcast_to(means.reshape(len(ends), -1), ends.shape)], axis=-1)
+    steps = LineCollection(list(levels), lw=2.2, color=color)
+    ax.add_collection(steps)
+    (marks,) = ax.plot(radius, values, marker, ms=4, mew=0.8, mfc="none", color=steps.get_color()[0], zorder=1)
+    ax.autoscale_view()
+    return steps, marks
+
+
 def panel(ax: Axes, mu: float, line: Line) -> None:
     """Tractions along edges and at points, envelope, and a strip of statuses below."""
-    plot.traction_profile(line.ends, line.edge_pressure, line.radius, line.pressure, ax, "o", color=BLUE)
-    plot.traction_profile(line.ends, line.edge_shear, line.radius, line.shear, ax, "+", color=VERMILLION)
+    profile(ax, line.ends, line.edge_pressure, line.radius, line.pressure, "o", BLUE)
+    profile(ax, line.ends, line.edge_shear, line.radius, line.shear, "+", VERMILLION)
     if bounded(mu):
         ax.plot(line.ends.T, mu * line.edge_pressure.T, **ENVELOPE)
     ax.axvline(line.corner, color=GREY, lw=0.8, ls=":")

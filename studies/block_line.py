@@ -33,9 +33,10 @@ from bipot.control.accepted import Accepted
 from bipot.fem.surface import facet_mass
 from bipot.increment import System
 from bipot.results.columns import Column
-from bipot.traction import consistent_tractions, on_line, tractions
+from bipot.traction import on_line, tractions
 from bipot.typing import Bools, Floats
 from studies.corner import alternation
+from studies.recovered import consistent_tractions
 
 LEAST = 5
 """Nodes of which an alternation is told from a cubic."""

@@ -41,10 +41,11 @@ from bipot.meshes.elements import Element
 from bipot.paper import upsetting
 from bipot.scene.scene import Scene
 from bipot.tensors import identity, trace
-from bipot.traction import consistent_tractions, contact_edges, edge_tractions
+from bipot.traction import contact_edges
 from bipot.typing import Floats
 from studies.command import command, progressing, say
 from studies.outputs import opened, parser_of
+from studies.recovered import consistent_tractions, edge_tractions
 from studies.upsetting_march import FIRST
 
 NAME = "corner"

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
 from bipot.conic.problem import Timing
@@ -17,11 +20,12 @@ from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
+from bipot.programs.condensation import factorise
 from bipot.response import TangentKind
 from bipot.scene.scene import Scene
-from bipot.traction import consistent_tractions, contact_edges
+from bipot.traction import contact_edges
 from bipot.typing import Floats, einsum
+from studies.recovered import consistent_tractions
 
 
 @dataclass(frozen=True)
@@ -74,18 +78,24 @@ class Run:
         return np.array([s.tau for s in kept]), np.array([s.force for s in kept])
 
 
-def condition(trial: Trial, x: Floats) -> float:
-    """Of K plus, in a penalised form, the contact's Hessian, of a pass's program at x (n,); inf when singular."""
+def hessian(trial: Trial, x: Floats) -> sp.csc_matrix:
+    """K and, in a penalised form, the contact's part, of a pass's program at x (n,)."""
     if isinstance(trial.form, Penalty | Uzawa):
-        posed = trial.form.program(trial.iterate, trial.r, trial.state)
-    else:
-        rows = trial.iterate.rows.take(np.zeros(trial.iterate.rows.count, dtype=bool))
-        terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.ones(0), np.ones(0))
-        posed = PenaltyProgram(trial.iterate.stiffness(TangentKind.CONSISTENT), np.zeros(len(x)), terms)
+        return trial.form.program(trial.iterate, trial.r, trial.state).hessian(x)
+    return trial.iterate.stiffness(TangentKind.CONSISTENT)
+
+
+def condition(H: sp.csc_matrix) -> float:
+    """The condition of a matrix (n, n) in the 1-norm; inf when it is singular."""
     try:
-        return posed.condition(x)
+        lu = factorise(H)
     except ProgramError:
         return float("inf")
+    # The stubs of scipy hide the keyword constructor.
+    operator: Any = sla.LinearOperator
+    inverse = operator(H.shape, matvec=lu.solve, rmatvec=lu.solve, dtype=float)
+    # By Higham and Tisseur's estimator.
+    return float(sla.norm(H, 1)) * float(np.asarray(sla.onenormest(inverse)))
 
 
 def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[float, ...] = ()) -> Run:
@@ -96,7 +106,7 @@ def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[floa
     try:
         for accepted in march(scene, schedule, control, observe=last.append):
             marked = accepted.state.tau in marks
-            found = condition(last[0], accepted.solved.response.x) if marked else float("nan")
+            found = condition(hessian(last[0], accepted.solved.response.x)) if marked else float("nan")
             snapshots.append(_snapshot(system, accepted, found))
     except IncrementFailed as failed:
         return Run(tuple(snapshots), str(failed))

@@ -20,7 +20,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.paper import upsetting
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import ContactRows, Units
+from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
@@ -71,7 +71,7 @@ def posed(mu: float = 0.3, after: int = 6) -> Posed:
     threshold = rows.threshold(state.forces[: rows.count])
     K = system.body.stiffness(response, TangentKind.CONSISTENT)
     units = Units(0.5 * dtau, 5.0, 300.0, 125.0)
-    tangent = TangentProgram.of(K, K @ x - response.internal, rows, threshold).scaled(units)
+    tangent = TangentProgram(K, K @ x - response.internal, ContactTerms(rows, threshold)).scaled(units)
     model = system.body.plastic_model(response)
     dissipation = DissipationProgram(model, np.zeros(len(x)), ContactTerms(rows, threshold)).scaled(units)
     return Posed(tangent, dissipation, rows, units)
@@ -151,3 +151,10 @@ class Listed(Schedule):
 
     def times(self):
         return list(self.ends)
+
+
+def plastic_strain(program, solution):
+    """e_p (g, m) of a dissipation program's answer, in coordinates of the basis: dev e - d."""
+    m = program.model
+    deviator = m.deviatoric @ solution.block(Block.DISPLACEMENT) - solution.block(Block.ELASTIC_DEVIATOR)
+    return m.deviator_0 + deviator.reshape(m.stress.shape)

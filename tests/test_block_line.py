@@ -13,10 +13,11 @@ from bipot.fem.surface import facet_mass
 from bipot.marching import system_of
 from bipot.meshes.layout import Layout
 from bipot.results import open as open_results
-from bipot.traction import consistent_tractions, tractions
+from bipot.traction import tractions
 from studies import block
 from studies.block_line import corner, edge, inner, line
 from studies.corner import alternation
+from studies.recovered import consistent_tractions
 
 FALL = 2 - np.sqrt(3)
 """Of what the consistent mass makes of a force on one node, from each node to the next."""

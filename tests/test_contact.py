@@ -90,7 +90,7 @@ def test_forces_on_the_tools_are_dual_to_their_travel():
     r = rng.normal(size=(len(points.node), 2))
     gap, x = points.distance(scene.mesh.nodes, scene.travel(0.0, 0.25)), rng.normal(size=points.space.size)
     moved, stayed = (rows_between(c, gap, 0.25, 0.75).motion(x) for c in (points, resting))
-    forces, travel = points.resultant(r), scene.travel(0.25, 0.75)
+    forces, travel = points.sums(points.vectors(r)), scene.travel(0.25, 0.75)
     np.testing.assert_allclose(travel, np.tile([0.025, -0.05], (2, 1)), rtol=1e-14)
     for k in range(2):
         mine = points.tool == k

@@ -95,7 +95,7 @@ NUMBERS = {
     coulomb.Anderson: ("weight", "growth"),
     coulomb.GaussSeidel: ("relaxation",),
     coulomb.Newton: ("levenberg",),
-    coulomb.ProximalPoint: ("weight", "accuracy", "relax", "cautious", "tighten"),
+    coulomb.ProximalPoint: ("weight", "accuracy", "relax", "cautious"),
     coulomb.ConicSettings: ("tol", "seconds", "regularisation"),
     coulomb.Limits: ("tol", "seconds"),
 }
@@ -103,15 +103,13 @@ COUNTS = {
     coulomb.Anderson: ("depth",),
     coulomb.GaussSeidel: ("local", "sweeps"),
     coulomb.LineSearch: ("memory",),
-    coulomb.Newton: ("patience",),
-    coulomb.ProximalPoint: ("memory", "inner"),
-    coulomb.ConicSettings: ("polish",),
+    coulomb.ProximalPoint: ("memory",),
     coulomb.Uzawa: ("passes",),
     coulomb.Limits: ("iterations", "patience"),
 }
 OBJECTS = {
     coulomb.Newton: {"function": "a ContactFunction", "search": "a LineSearch"},
-    coulomb.ProximalPoint: {"function": "a ContactFunction", "search": "a LineSearch"},
+    coulomb.ProximalPoint: {"function": "a ContactFunction"},
     coulomb.TrescaFixedPoint: {"acceleration": "an Acceleration", "settings": "a ConicSettings"},
     coulomb.DeSaxceFixedPoint: {"acceleration": "an Acceleration", "settings": "a ConicSettings"},
     coulomb.Uzawa: {"corrector": "a bool"},

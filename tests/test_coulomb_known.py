@@ -17,7 +17,7 @@ def test_unique_solutions_are_found(name):
     assert answer.converged
     np.testing.assert_allclose(answer.r, r, atol=1e-10)
     np.testing.assert_allclose(answer.u, u, atol=1e-10)
-    assert len(coulomb.enumerate_modes(problem)) == 1
+    assert len(coulomb.enumerate_modes(problem).solutions) == 1
 
 
 def test_the_hyperstatic_case_is_solved_where_it_is_defined():
@@ -120,7 +120,7 @@ def beside(W, stiffness):
 )
 def test_existence_is_not_claimed_where_no_mode_holds(W, q, mu, what):
     problem = coulomb.CoulombProblem(W, q, mu, 2)
-    assert not coulomb.enumerate_modes(problem)
+    assert not coulomb.enumerate_modes(problem).solutions
     report = coulomb.existence(problem)
     assert report.verdict is coulomb.Existence.UNKNOWN
     assert report.reason.startswith(what)

@@ -200,4 +200,4 @@ def test_units_do_not_matter_where_no_contact_has_a_positive_diagonal(unit):
     sticking = np.array([1.0, -0.239, 0.0, 0.0])
     problem = coulomb.CoulombProblem(unit * W, -unit * W @ sticking, [0.8, 0.114], 2)
     np.testing.assert_allclose(problem.contact_unit, np.sqrt(unit * np.array([2.0, 1.0])), rtol=1e-12)
-    assert len(coulomb.enumerate_modes(problem)) == 3
+    assert len(coulomb.enumerate_modes(problem).solutions) == 3

@@ -20,7 +20,8 @@ from bipot.meshes.elements import elements_of
 from bipot.meshes.sections import block
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.traction import SLIP_TOLERANCE, contact_edges, edge_tractions
+from bipot.traction import SLIP_TOLERANCE, contact_edges
+from studies.recovered import edge_tractions
 from tests.scenes import scene
 
 mpl.use("Agg")

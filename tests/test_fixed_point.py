@@ -153,7 +153,7 @@ def test_cycling_fixed_points_converge_through_the_coupling_code(
     assert coupled(W, q, mu)[0] is Outcome.CERTIFIED
     small = next(small for small in islice(passes_of(W, q, mu, rule), 20) if small.distance <= SETTLED)
     np.testing.assert_allclose(small.r.ravel(), expected, atol=1e-8)
-    (only,) = enumerate_modes(CoulombProblem(W=sp.csr_array(W), q=q, mu=np.full(2, mu), dim=2))
+    (only,) = enumerate_modes(CoulombProblem(W=sp.csr_array(W), q=q, mu=np.full(2, mu), dim=2)).solutions
     np.testing.assert_allclose(only.r, expected, atol=1e-12)
 
 

@@ -19,7 +19,7 @@ LAYERS = (
     ("response",),
     ("borne",),
     ("advance", "system"),
-    ("load_change", "past", "scales"),
+    ("load_change", "past"),
     ("iterate",),
     ("checks", "limit_analysis", "traction"),
     ("forms",),

@@ -14,6 +14,7 @@ from bipot.paper import upsetting
 from bipot.results import open as open_results
 from paper_figs import fig2_velocity, fig_force_stroke
 from paper_figs.contact_line import contact_line
+from paper_figs.fig_traction import profile
 from paper_figs.shown import shown
 from studies.closed_forms import PAPER
 from studies.quality import quality, stretch_ratios
@@ -185,10 +186,10 @@ def test_plots_return_what_they_draw_on_the_axes_given():
     assert len(drawn.get_segments()) == 12
     assert plot.vectors(mesh.nodes, mesh.nodes, ax) in ax.collections
     assert plot.force_stroke(np.array([1.0]), np.array([2.0]), ax).get_xydata().tolist() == [[0, 0], [1, 2]]
-    steps, marks = plot.traction_profile(np.array([[0.0, 2.0]]), np.array([3.0]), np.ones(3), np.ones(3), ax)
+    steps, marks = profile(ax, np.array([[0.0, 2.0]]), np.array([3.0]), np.ones(3), np.ones(3), "o", "red")
     assert steps.get_segments()[0].tolist() == [[0, 3], [2, 3]]
     linear = np.array([[1.0, 3.0]])
-    slopes, _ = plot.traction_profile(np.array([[0.0, 2.0]]), linear, np.ones(3), np.ones(3), ax)
+    slopes, _ = profile(ax, np.array([[0.0, 2.0]]), linear, np.ones(3), np.ones(3), "o", "red")
     assert slopes.get_segments()[0].tolist() == [[0, 1], [2, 3]]
     assert marks in ax.lines
 

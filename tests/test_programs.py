@@ -13,7 +13,8 @@ from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.data import Block, ContactRows, Term, Units
 from bipot.programs.newton import Linearised
-from tests.scenes import posed
+from bipot.programs.terms import ContactTerms
+from tests.scenes import plastic_strain, posed
 
 TIGHT = Accuracy(1e-11)
 
@@ -43,7 +44,7 @@ def routes(program):
 
 
 def dense(program):
-    return TangentProgram.of(program.K.toarray(), program.f, program.contact.rows, program.contact.threshold)
+    return TangentProgram(program.K.toarray(), program.f, ContactTerms(program.contact.rows, program.contact.threshold))
 
 
 @pytest.mark.parametrize("mu", [0.1, 0.3])
@@ -90,7 +91,7 @@ def test_dissipation_variables_are_the_plasticity_they_stand_for():
     """e_p is trace-free by its basis, |e_p| meets its bound, and its stress is on the yield surface where e_p > 0."""
     program = posed(0.3).dissipation
     answer = solve_once(program.conic(), TIGHT)
-    e_p, bound = program.plastic_strain(answer), answer.block(Block.PLASTIC_NORM)
+    e_p, bound = plastic_strain(program, answer), answer.block(Block.PLASTIC_NORM)
     length = np.linalg.norm(e_p, axis=1)
     np.testing.assert_allclose(length, bound, atol=1e-8)
     model = program.model
@@ -155,7 +156,7 @@ def one_dof(gap, tied=False):
     none = sp.csr_matrix((0, 1))
     free, both = np.full(2, np.inf), np.array([tied, tied])
     rows = ContactRows(G, np.array(gap), none, np.zeros((0, 1)), np.empty(0, int), np.zeros(2), free, both)
-    return TangentProgram.of(np.eye(1), np.zeros(1), rows, np.zeros(0))
+    return TangentProgram(np.eye(1), np.zeros(1), ContactTerms(rows, np.zeros(0)))
 
 
 def test_no_clearance_is_reported_infeasible_by_both_routes():
@@ -168,7 +169,7 @@ def test_no_clearance_is_reported_infeasible_by_both_routes():
 def test_no_stiffness_under_load_is_reported_unbounded():
     program = one_dof((1.0, 1.0))
     rows = program.contact.rows.take(np.array([True, False]))
-    free = TangentProgram.of(np.zeros((1, 1)), np.ones(1), rows, np.zeros(0))
+    free = TangentProgram(np.zeros((1, 1)), np.ones(1), ContactTerms(rows, np.zeros(0)))
     for route in (direct, stated):
         with pytest.raises(UnboundedProgram, match="no minimum"):
             route(free)
@@ -185,7 +186,7 @@ def test_tied_rows_are_equalities_and_their_force_may_pull():
 def test_rows_of_zero_threshold_are_left_out():
     program = posed(0.3).tangent
     rows = program.contact.rows
-    silent = TangentProgram.of(program.K, program.f, rows, np.zeros(len(rows.frictional)))
+    silent = TangentProgram(program.K, program.f, ContactTerms(rows, np.zeros(len(rows.frictional))))
     friction = next(r for r in silent.conic().rows if r.term == Term.FRICTION)
     assert friction.count == 0
     assert friction.cone is Cone.SECOND_ORDER

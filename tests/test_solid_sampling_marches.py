@@ -26,7 +26,7 @@ from bipot.forms import Delassus, Penalty, contact_penalty
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.system import system_of
-from bipot.traction import consistent_tractions
+from studies.recovered import consistent_tractions
 from tests.solids import turned
 from tests.test_solid_sampling import PLANES, QUADRATIC, STEEL, TIGHT, WEIGHTED, WELDED, press, upset
 

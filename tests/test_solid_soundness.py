@@ -34,7 +34,7 @@ from bipot.fem.elements import RULES
 from bipot.forms import Cache, contact_penalty
 from bipot.iterate import Increment
 from bipot.marching import system_of
-from bipot.traction import consistent_tractions
+from studies.recovered import consistent_tractions
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
 BASE = Symmetry("base", 2)

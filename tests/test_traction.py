@@ -18,15 +18,8 @@ from bipot.iterate import Increment
 from bipot.laws.coulomb import CARRIES, Status
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import upsetting
-from bipot.traction import (
-    SLIP_TOLERANCE,
-    consistent_tractions,
-    contact_edges,
-    edge_tractions,
-    nodal_tractions,
-    traction,
-    tractions,
-)
+from bipot.traction import SLIP_TOLERANCE, contact_edges, nodal_tractions, traction, tractions
+from studies.recovered import consistent_tractions, edge_tractions
 from tests.scenes import PLANES
 
 EXACT = Control(Tangent(), limits=Limits(Bounds(equilibrium=1e-11)))
@@ -86,6 +79,12 @@ def test_the_consistent_mass_gives_quadratic_tractions_back_at_every_node():
     np.testing.assert_allclose(tau[line], shear(radius), rtol=1e-12, atol=1e-12)
     assert np.isnan(p[~top]).all()
     assert np.isnan(tau[~top]).all()
+
+
+def test_edges_have_the_mean_of_their_nodes_shares():
+    x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
+    found = edge_tractions(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN, np.array([[1.0], [4.0], [1.0]]))
+    np.testing.assert_allclose(found, [[6.0]], rtol=1e-12)
 
 
 def line_of(ends):

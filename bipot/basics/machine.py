@@ -27,11 +27,7 @@ def memory() -> int | None:
 
 
 def require_memory(nodes: int, field: str, value: object) -> None:
-    """Refuse a ``value`` of ``field`` that makes a mesh of so many ``nodes`` that no march on it fits into memory.
-
-    Raises:
-        SceneError: it does not; the message gives the memory needed and that available.
-    """
+    """Refuse a ``value`` of ``field`` that makes a mesh of so many ``nodes`` that no march on it fits into memory."""
     need, there = nodes * BYTES_A_NODE, memory()
     if there is not None:
         amounts = f"{there / GIGABYTE:.3g} GB of memory here, where a march would need about {need / GIGABYTE:.2g} GB"

@@ -8,6 +8,8 @@ in it can open. At a sharp corner of a tool the law has no one normal: the body 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import null_space
 
@@ -15,7 +17,6 @@ from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.checks.jammed import jammed
 from bipot.checks.opening import openable
-from bipot.contact import supported
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment, Iterate
@@ -36,17 +37,15 @@ SHARP = 0.5
 """Angle (radians) of normals around a node within the increment's lengths, above which it is at a corner."""
 
 
-def diagnosis(system: System, state: State, tau: float) -> str | None:
-    """A sentence why the increment from ``state`` to ``tau`` failed, None where the scene is not the cause."""
-    found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
-    found = found or jammed(system, state, tau) or _unheld(system, state, tau)
-    return found or _aloft(system, state, tau) or _past(system, state, tau) or _spun(system, state, tau)
+def diagnosis(increment: Increment) -> str | None:
+    """A sentence why the ``increment`` failed, None where the scene is not the cause."""
+    causes = (_blocked, _torn, _inside, jammed, _unheld, _aloft, _past, _spun)
+    return next((found for cause in causes if (found := cause(increment))), None)
 
 
-def _blocked(system: System, state: State, tau: float) -> str | None:
+def _blocked(increment: Increment) -> str | None:
     """A tool driven into a node that is held along its normal."""
-    scene = system.body.scene
-    found = supported.driven_into(system.candidates, scene.placed(tau, state.translation), scene.driven(tau))
+    scene, found = increment.system.body.scene, increment.driven_into
     if found.depth <= Bounds().penetration * scene.mesh.size:
         return None
     return (
@@ -55,22 +54,22 @@ def _blocked(system: System, state: State, tau: float) -> str | None:
     )
 
 
-def _torn(system: System, state: State, tau: float) -> str | None:
+def _torn(increment: Increment) -> str | None:
     """A weld that a support tears."""
-    node = Increment(system, state, tau).torn
-    if node is None:
+    if (node := increment.torn) is None:
         return None
     return f"Node {node} cannot go with the tool that it is welded to: let it go there, or give the tool friction."
 
 
-def _inside(system: System, state: State) -> str | None:
+def _inside(increment: Increment) -> str | None:
     """A body that carries nothing yet and is inside a tool."""
+    system, state = increment.system, increment.start
     if state.forces.any() or touches(-state.gap, system.body.scene.size).all():
         return None
     worst = int(np.argmin(state.gap))
     depth = -float(state.gap[worst])
     number, node = system.candidates.tool[worst], system.candidates.node[worst]
-    tool, pose = system.body.scene.tools[number], system.body.scene.placed(state.tau, state.translation)[number]
+    tool, pose = system.body.scene.tools[number], increment.tools.placed[number]
     if tool.face.beyond(tool.own(system.candidates.means.places(state.nodes)[worst], pose)):
         return (
             f"Node {node} starts behind an open end of tools[{number}], by {depth:.3g}: "
@@ -82,9 +81,10 @@ def _inside(system: System, state: State) -> str | None:
     )
 
 
-def _unheld(system: System, state: State, tau: float) -> str | None:
+def _unheld(increment: Increment) -> str | None:
     """A body that is free to move, unless its loads press it back."""
-    forces = system.loading.forces(state.nodes, tau)
+    system, state = increment.system, increment.start
+    forces = system.loading.forces(state.nodes, increment.tau)
     motion = free_motion(system, state, forces)
     if motion is None or vdot(forces, motion) < 0:
         return None
@@ -94,24 +94,24 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
 
 
-def _aloft(system: System, state: State, tau: float) -> str | None:
+def _aloft(increment: Increment) -> str | None:
     """A tool that a moment turns in the air, where its path does not bring it to the body."""
-    scene, gap = system.body.scene, Increment(system, state, tau).rows.gap
+    scene, gap = increment.system.body.scene, np.minimum(increment.rows.gap, increment.start.gap)
     for k, tool in enumerate(scene.tools):
         moment = None if tool.turn is None or tool.driven_by is not None else tool.turn.driven_by
-        off = not touches(np.minimum(gap, state.gap)[system.candidates.tool == k], scene.size).any()
-        if off and moment is not None and moment.at(tau) != 0:
+        off = not touches(gap[increment.system.candidates.tool == k], scene.size).any()
+        if off and moment is not None and moment.at(increment.tau) != 0:
             return (
-                f"tools[{k}] touches nothing that would hold its moment of {moment.at(tau):.4g}: "
+                f"tools[{k}] touches nothing that would hold its moment of {moment.at(increment.tau):.4g}: "
                 "bring it to the body before it has one."
             )
     return None
 
 
-def _past(system: System, state: State, tau: float) -> str | None:
+def _past(increment: Increment) -> str | None:
     """A tool that a force drives past the body, or off it."""
-    scene, contacts = system.body.scene, system.candidates
-    places, poses = contacts.means.places(state.nodes), scene.placed(tau, state.translation)
+    scene, contacts, start = increment.system.body.scene, increment.system.candidates, increment.start
+    places, poses = contacts.means.places(start.nodes), scene.placed(increment.tau, start.translation)
     for k, (tool, pose) in enumerate(zip(scene.tools, poses, strict=True)):
         if tool.driven_by is not None and _goes_past(tool, places[contacts.tool == k], pose, scene.mesh.size):
             return (
@@ -141,15 +141,16 @@ def _goes_past(tool: Tool, places: Floats, pose: Floats, size: float) -> bool:
     return False
 
 
-def _spun(system: System, state: State, tau: float) -> str | None:
+def _spun(increment: Increment) -> str | None:
     """A tool whose moment exceeds, or nearly equals, what its friction holds with the present normal forces.
 
     A tool that is still to be pressed, by its path or a force, has no normal forces to judge from.
     """
-    scene, contacts = system.body.scene, system.candidates
-    drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
+    scene, contacts, state = increment.system.body.scene, increment.system.candidates, increment.start
+    drives, tau = scene.drives, increment.tau
     if not drives.spins.any():
         return None
+    here = replace(increment, tau=state.tau).at(np.zeros(increment.size))
     levers = _levers(contacts, here)
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)

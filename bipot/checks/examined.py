@@ -127,5 +127,5 @@ class Examined:
             present=max(present, max_abs(self.response.state.forces)),
             # A far candidate's gap is never small: what it is rounded to does not matter.
             blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
-            inside=self.increment.inside,
+            inside=self.increment.driven_into.depth,
         )

@@ -21,8 +21,6 @@ import numpy as np
 
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment
-from bipot.response import State
-from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
@@ -34,13 +32,13 @@ ALONG = 1e-6
 """Tangent of the angle up to which a normal is along what supports hold."""
 
 
-def jammed(system: System, state: State, tau: float) -> str | None:
-    """The sentence on a node that tools on their paths jam between them from ``state`` to ``tau``, None if none."""
-    contacts, increment = system.candidates, Increment(system, state, tau)
+def jammed(increment: Increment) -> str | None:
+    """The sentence on a node that tools on their paths jam between them in the ``increment``, None if none."""
+    contacts = increment.system.candidates
     first = contacts.parts.first
     normal, motion = increment.tools.frames[first, 0], increment.tools.swept(increment.tools.path)[first]
     found = _Pushed(increment, normal / norm(normal)[:, None], motion + increment.tools.travel[contacts.tool])
-    by_path = ~_driven(system)[contacts.tool]
+    by_path = ~np.isin(contacts.tool, increment.system.body.scene.drives.tool)
     return found.welded_in(by_path) or found.rubbed(by_path) or found.rubbed_in_supports(by_path)
 
 
@@ -128,13 +126,6 @@ def _at_hand(increment: Increment) -> Bools:
     """Which candidates (c,) touch or push at the start, or are reached by the end if the body rests."""
     start, size = increment.start, increment.system.body.scene.size
     return carries(start.forces) | touches(np.minimum(start.gap, increment.rows.gap), size)
-
-
-def _driven(system: System) -> Bools:
-    """Which tools (k,) a force or a moment drives: they give way."""
-    out = np.zeros(len(system.body.scene.tools), dtype=bool)
-    out[system.body.scene.drives.tool] = True
-    return out
 
 
 def _close(normal: Floats, motion: Floats) -> bool:

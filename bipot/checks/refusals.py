@@ -29,7 +29,7 @@ RUNAWAY = 10.0
 
 def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
     """Refuse what no motion can resolve: a tool in a held node, a tool that turns too far, a weld torn by a support."""
-    inside = increment.inside / increment.system.body.scene.mesh.size
+    inside = increment.driven_into.depth / increment.system.body.scene.mesh.size
     if inside > bounds.penetration:
         raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
     if np.abs(increment.tools.turned).max(initial=0.0) > MOST_TURNED:

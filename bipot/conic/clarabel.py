@@ -128,7 +128,10 @@ class Transferred:
             (accuracy, solver) == (self.accuracy, self.solver)
             and len(program.rows) == len(self.program.rows)
             and _same_pattern(program.P, self.program.P)
-            and all(_same_rows(new, old) for new, old in zip(program.rows, self.program.rows, strict=True))
+            and all(
+                (new.cone, new.width) == (old.cone, old.width) and _same_pattern(new.A, old.A)
+                for new, old in zip(program.rows, self.program.rows, strict=True)
+            )
         )
 
     def send(self, program: ConicProgram) -> None:
@@ -190,10 +193,6 @@ def _linear(program: ConicProgram, stacked: Ints) -> Floats:
 def _same_pattern(one: sp.csc_matrix | sp.csr_matrix, other: sp.csc_matrix | sp.csr_matrix) -> bool:
     same = one is other
     return same or (np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices))
-
-
-def _same_rows(one: Rows, other: Rows) -> bool:
-    return (one.cone, one.width) == (other.cone, other.width) and _same_pattern(one.A, other.A)
 
 
 def _cones(rows: Rows) -> list[object]:

@@ -78,11 +78,6 @@ class Candidates:
             out[number[number >= 0]] = shares(self.scene, k, own)[number >= 0]
         return out
 
-    @property
-    def changes(self) -> bool:
-        """Whether rows change from iterate to iterate."""
-        return self.curved or self.capped
-
     @cached_property
     def curved(self) -> bool:
         """Whether a tool is curved, so that rows depend on the positions of candidates."""
@@ -92,7 +87,7 @@ class Candidates:
     def faces(self) -> Faces:
         """The surfaces of the tools."""
         owner = self.parts.owner
-        return Faces(self.scene.tools, self._owned[:, owner], self._reference[owner], self.parts)
+        return Faces(self.scene.tools, self.owned[:, owner], self._reference[owner], self.parts)
 
     @cached_property
     def parts(self) -> Parts:
@@ -109,7 +104,7 @@ class Candidates:
         """The frames (c, d, d) at rest: at the nodes where points are, in the planes of symmetry that cut means."""
         x = self.scene.mesh.nodes[self.node]
         normal = np.empty_like(x)
-        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+        for mine, tool in zip(self.owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
         found = frames(normal)
         # By the way of points to a curved tool slips along what is held are round-off, not zero.
@@ -131,7 +126,7 @@ class Candidates:
 
     def reached(self, gap: Floats) -> Bools:
         """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end if the body rests."""
-        near = self._owned & (gap <= REACH * self.scene.size)
+        near = self.owned & (gap <= REACH * self.scene.size)
         return np.asarray(near.any(axis=1))
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
@@ -142,20 +137,16 @@ class Candidates:
         """
         lengths, near = norm(travel), self.reached(gap)
         for k in np.flatnonzero(self.scene.turning & near).tolist():
-            own = self.parts.first[self._owned[k]]
-            lengths[k] += norm(swept[own[np.argmin(gap[self._owned[k]])]])
+            own = self.parts.first[self.owned[k]]
+            lengths[k] += norm(swept[own[np.argmin(gap[self.owned[k]])]])
         return float(lengths[near].max(initial=0.0))
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Contact forces r (c, d) on the body as vectors (w, d), by ``frames`` (w, d, d) or by those at rest."""
         return einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
-    def resultant(self, r: Floats, frames: Floats | None = None) -> Floats:
-        """Force (k, d) of each tool on the modelled body from contact forces r (c, d), as in :meth:`vectors`."""
-        return self.sums(self.vectors(r, frames))
-
     def sums(self, vectors: Floats) -> Floats:
-        """Sums (k, d) of vectors (w, d) over what each tool meets."""
+        """Sums (k, d) of vectors (w, d) over what each tool meets: of contact forces those of the tools on the body."""
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
@@ -191,7 +182,7 @@ class Candidates:
 
     def driven_sums(self, values: Floats) -> Floats:
         """Sums (m,) of values (c,) over the candidates of the tool of each coordinate that is driven."""
-        return self._owned[self.scene.drives.tool] @ values
+        return self.owned[self.scene.drives.tool] @ values
 
     @cached_property
     def held(self) -> tuple[Ints, ...]:
@@ -270,17 +261,13 @@ class Candidates:
         return np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
 
     @cached_property
-    def _owned(self) -> Bools:
+    def owned(self) -> Bools:
         """Whether the candidate is the tool's (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
 
-    def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (w, d) at ``nodes`` (a, d) about centres of turning tools at ``placed`` (k, p)."""
-        return self.faces.moments(vectors, self.met.places(nodes), placed)
-
     @cached_property
     def _operators(self) -> Operators:
-        return Operators.of(self.space, self.scene.drives, self.means, self._owned[self.scene.drives.tool])
+        return Operators.of(self.space, self.scene.drives, self.means, self.owned[self.scene.drives.tool])
 
     @cached_property
     def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:

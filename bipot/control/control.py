@@ -20,9 +20,6 @@ class Control:
     program stands in: a pass of that takes the time of more than ten of Newton's, which often converges in half the
     way. Where the shortest increments fail as well, it is tried on those longer ones before the march ends. Scheduled
     increments are not halved as long as any form solves them.
-
-    Raises:
-        SceneError: a wrong type, a negative count.
     """
 
     form: Form = Tangent()

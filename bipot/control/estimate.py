@@ -104,10 +104,12 @@ def error_estimate(start: State, solved: Solved) -> float:
             return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
         return GATHERED * (gathered + bent) + lagging
+    # From rest the body may have settled before it ends within the strains of yielding.
+    ends = _settles if _is_told(increment) else _begins
     # Where flow was carried on, that is the better one of the two.
     alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
     begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
-    begun = (begun / taken if taken > 0 else 0.0) + (_yields(start, solved) if bends else 0.0)
+    begun = (begun / taken if taken > 0 else 0.0) + (ends(start, solved) if bends else 0.0)
     return GATHERED * gathered + begun + lagging
 
 
@@ -131,11 +133,6 @@ def _begins(start: State, solved: Solved) -> float:
     increment = solved.iterate.increment
     part = _dissipated(solved) if _is_first(increment) else 1.0
     return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
-
-
-def _yields(start: State, solved: Solved) -> float:
-    """Y of an increment that ends within the strains of yielding; from rest the body may have settled before."""
-    return _settles(start, solved) if _is_told(solved.iterate.increment) else _begins(start, solved)
 
 
 def _is_told(increment: Increment) -> bool:

@@ -26,7 +26,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     """
     system, state, tau = increment.system, increment.start, increment.tau
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
-    found = diagnosis(system, state, tau)
+    found = diagnosis(increment)
     if found:
         return IncrementFailed(failed + found, state)
     passed = _limit_passed(increment, failed, ahead)

@@ -33,9 +33,6 @@ class Locate:
 
     ``tolerance`` is the gap left at the event over the unit of length of the uncut increment, ``solves`` the most
     increments solved for one event. Events in the first or last ``margin`` of an increment leave it whole.
-
-    Raises:
-        SceneError: a value out of its range.
     """
 
     tolerance: float = 1e-3

@@ -11,7 +11,6 @@ from bipot.contact.candidates import ROUND_OFF
 from bipot.control.course import SHORTEST, Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import Space, element_force
-from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.response import State
@@ -132,10 +131,9 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     body, contacts = system.body, system.candidates
     blind = not start.forces[~contacts.tangent_free, 1:].any()
     require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
-    before, elements = start.nodes - start.du, body.scene.mesh.elements
-    nodes = body.scene.balanced(before, start.du)
+    nodes = body.scene.balanced(start.nodes - start.du, start.du)
     try:
-        placed = gradients(nodes, elements, body.space.reference, body.scene.geometry)
+        placed = body.space.gradients(nodes)
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)

@@ -9,7 +9,7 @@ from typing import Any
 from bipot.coulomb.fixed_point import DeSaxceFixedPoint, TrescaFixedPoint
 from bipot.coulomb.functions import NaturalMap
 from bipot.coulomb.gauss_seidel import GaussSeidel
-from bipot.coulomb.modes import every_mode
+from bipot.coulomb.modes import enumerate_modes
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution, Outcome
@@ -50,7 +50,7 @@ NO_MODE = "None of its modes (open, stick and slip at each contact) holds: the p
 
 
 def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | None, str]:
-    found = every_mode(problem, tol).solutions
+    found = enumerate_modes(problem, tol).solutions
     if found:
         return found[0], f"{found[0].reason[:-1]} of all {4**problem.contacts} solves it."
     return None, NO_MODE

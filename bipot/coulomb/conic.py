@@ -31,7 +31,7 @@ from bipot.coulomb.newton import Newton, merit
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solver import ScaledProblem, Solver, scale
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_type
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_type
 from bipot.laws.projections import project_cone
 from bipot.typing import Floats, make_floats
 
@@ -46,7 +46,7 @@ _LOOSEST, _ITERATIONS = 9e-3, 200
 class ConicSettings:
     """Gap and feasibility tolerance, Clarabel's time limit [s], and the multiple of I added to W.
 
-    A program not solved at ``tol`` is tried again at 100 tol, once; AlmostSolved is refused. ``polish``
+    A program not solved at ``tol`` is tried again at 100 tol, once; AlmostSolved is refused.
     Newton steps follow, because an interior-point answer is only as near as the square root of the gap where
     a force is on its cone while the multiplier vanishes, and asking for a smaller gap does not help.
     """
@@ -54,14 +54,12 @@ class ConicSettings:
     tol: float = 1e-9
     seconds: float = math.inf
     regularisation: float = 1e-8
-    polish: int = 100
 
     def __post_init__(self) -> None:
         make_floats(self, "tol", "seconds", "regularisation")
         require(0 < self.tol < 1e-2, "tol", self.tol, "in (0, 0.01)")
         require(self.seconds > 0, "seconds", self.seconds, "> 0")
         require(0 <= self.regularisation < math.inf, "regularisation", self.regularisation, "finite and >= 0")
-        require_count(self.polish, "polish", 0)
 
     def accuracy(self, loosened: float = 1.0) -> Accuracy:
         """The accuracy asked of the interior points."""
@@ -115,7 +113,7 @@ class ForceProgram:
         return answer.x
 
 
-def polished_force(problem: ScaledProblem, law: ContactFunction, r: Floats, load: Floats, steps: int) -> Floats:
+def polished_force(problem: ScaledProblem, law: ContactFunction, r: Floats, load: Floats, steps: int = 100) -> Floats:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
     Plain Newton comes first, which works for a regular W of any condition; then proximal Newton, with a first weight of

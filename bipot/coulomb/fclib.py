@@ -104,7 +104,6 @@ def read_fclib(
 
     Raises:
         FclibError: any other layout, or a number that no problem can have; names the file, the field and its value.
-        SceneError: ``path`` is no path, ``largest`` no count.
     """
     require_path(path)
     require_count(largest, "largest")
@@ -161,7 +160,6 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
 
     Raises:
         FclibError: no file of this layout, or vectors that are not of the length of its problem, or not finite.
-        SceneError: ``path`` is no path, ``largest`` no count.
     """
     require_path(path)
     require_count(largest, "largest")
@@ -222,8 +220,6 @@ def write_fclib(
 
     Raises:
         FclibError: the file cannot be written, or the problem is larger than such a file can hold.
-        SceneError: no path, no problem, a title or description that is no string, or a solution that is no mapping of
-            numbers.
     """
     import h5py
 

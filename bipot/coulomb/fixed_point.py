@@ -65,7 +65,7 @@ class _FixedPoint:
         carried = state.antisymmetric @ state.point
         r = state.program.solve(problem.q + carried + shift, radius, state.point)
         # the polish takes the whole W: at the fixed point nothing is left to carry
-        r = polished_force(problem, law, r, problem.q + shift, self.settings.polish)
+        r = polished_force(problem, law, r, problem.q + shift)
         memory, point = self.acceleration.advance(state.memory, state.point, r)
         return replace(state, r=r, point=point, memory=memory)
 

@@ -155,10 +155,11 @@ def _distinct(answers: list[CoulombSolution], apart: float) -> tuple[CoulombSolu
     return tuple(kept)
 
 
-def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6) -> MultiplicityReport:
-    """Solutions of a plane problem in all its modes; c <= 6 and dim = 2, else SceneError.
+def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6) -> MultiplicityReport:
+    """Every velocity that solves a plane problem, mode by mode (open, stick, slip either way at each contact).
 
-    Different means velocities ``apart`` relative to |q|; forces may differ at the same velocity where W is singular.
+    4^c modes, so c <= 6 and dim = 2, else SceneError. Different means velocities ``apart`` relative to |q|; forces may
+    differ at the same velocity where W is singular. Where a mode holds a range of velocities its ends are listed.
     """
     require_type(problem, CoulombProblem, "problem")
     require_number(tol, "tol")
@@ -192,24 +193,12 @@ def _starts(problem: CoulombProblem, count: int) -> list[Floats]:
     return [np.zeros(problem.size), *(project_cone(r, problem.mu).ravel() for r in guesses)]
 
 
-def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:
-    """Every velocity that solves a plane problem, mode by mode (open, stick, slip either way at each contact).
-
-    4^c modes, so c <= 6 and dim = 2, else SceneError. Where a mode holds a range of velocities its ends are listed:
-    see :attr:`MultiplicityReport.continuum`.
-    """
-    return every_mode(problem, tol).solutions
-
-
 def multiplicity(
     problem: CoulombProblem, starts: int = 8, limits: Limits | None = None, apart: float = 1e-6
 ) -> MultiplicityReport:
     """Solutions found from no force, full stick and ``starts`` random forces, or by all modes: of c <= 6 in a plane.
 
     Two solutions differ where their velocities do, in units of contacts, by more than ``apart`` relative to |q|.
-
-    Raises:
-        SceneError: no problem, no limits, a number that is none or negative.
     """
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
@@ -217,6 +206,6 @@ def multiplicity(
     require_number(apart, "apart")
     require(apart >= 0, "apart", apart, ">= 0")
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
-        return every_mode(problem, apart=apart)
+        return enumerate_modes(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]
     return MultiplicityReport(_distinct([a for a in answers if a.converged], apart), exhaustive=False)

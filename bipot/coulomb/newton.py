@@ -17,6 +17,7 @@ from bipot.typing import Bools, Floats, einsum, make_floats
 
 _SHORTEST = 1e-3
 _DECREASE = 0.1
+_PATIENCE = 50
 
 
 @dataclass(frozen=True)
@@ -89,20 +90,18 @@ class Newton:
 
     ``levenberg`` = 0 solves the square system and fails where W makes it singular; > 0 takes the
     Levenberg-Marquardt step with λ = levenberg |F|, which a rank-deficient (hyperstatic) W needs.
-    Stalls when |F| has not been halved in ``patience`` steps: active sets then usually cycle.
+    Stalls when |F| has not been halved in fifty steps: active sets then usually cycle.
     """
 
     function: ContactFunction = field(default_factory=AlartCurnier)
     levenberg: float = 0.0
     search: LineSearch = field(default_factory=LineSearch)
-    patience: int = 50
 
     def __post_init__(self) -> None:
         require_type(self.function, ContactFunction, "function")
         make_floats(self, "levenberg")
         require(0 <= self.levenberg < np.inf, "levenberg", self.levenberg, "finite and >= 0")
         require_type(self.search, LineSearch, "search")
-        require_count(self.patience, "patience")
 
     @property
     def name(self) -> str:
@@ -123,9 +122,9 @@ class Newton:
         r, value = self.search(
             lambda x: merit(problem, self.function, x, problem.velocity(x)), state.r, direction, state.merits
         )
-        merits = (*state.merits[-self.patience :], value)
-        tired = len(merits) > self.patience and min(merits) > 0.5 * merits[0]
-        reason = f"|F| was not halved in {self.patience} Newton steps, the active sets cycle" if tired else None
+        merits = (*state.merits[-_PATIENCE:], value)
+        tired = len(merits) > _PATIENCE and min(merits) > 0.5 * merits[0]
+        reason = f"|F| was not halved in {_PATIENCE} Newton steps, the active sets cycle" if tired else None
         return NewtonState(r, merits, reason)
 
 

@@ -14,6 +14,9 @@ from bipot.typing import Floats, make_floats
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
 # Newton passes: a quick success; and how many to wait for |F| to be halved in nine.
 _QUICK, _PATIENCE = 4, 12
+# The most of them without success, and what the weight is multiplied by then.
+_INNER, _TIGHTEN = 25, 4.0
+_SEARCH = LineSearch()
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,9 +40,9 @@ class ProximalPoint:
 
     W + α I is regular whatever the rank of W, and for large α the problem has one solution, near r_k. Each
     step is one Newton pass; the centre moves when the inner |F| <= ``accuracy`` |F at the centre|. Quick
-    success divides α by ``relax``; ``inner`` passes without success, or no progress, return to the centre
-    and multiply it by ``tighten``. For ``memory`` centres after that, success divides α by no more than
-    ``cautious``; otherwise most of the time would be spent on running into the same failure again.
+    success divides α by ``relax``; 25 passes without success, or no progress, return to the centre and
+    multiply it by four. For ``memory`` centres after that, success divides α by no more than ``cautious``;
+    otherwise most of the time would be spent on running into the same failure again.
     """
 
     function: ContactFunction = field(default_factory=AlartCurnier)
@@ -47,22 +50,15 @@ class ProximalPoint:
     accuracy: float = 0.3
     relax: float = 10.0
     cautious: float = 2.0
-    tighten: float = 4.0
     memory: int = 4
-    inner: int = 25
-    search: LineSearch = field(default_factory=LineSearch)
 
     def __post_init__(self) -> None:
         require_type(self.function, ContactFunction, "function")
-        require_type(self.search, LineSearch, "search")
         require_count(self.memory, "memory", 0)
-        require_count(self.inner, "inner")
-        make_floats(self, "weight", "accuracy", "relax", "cautious", "tighten")
+        make_floats(self, "weight", "accuracy", "relax", "cautious")
         require_positive(weight=self.weight)
         require(0 < self.accuracy < 1, "accuracy", self.accuracy, "in (0, 1)")
-        for name in ("relax", "tighten"):
-            value = getattr(self, name)
-            require(1 < value < math.inf, name, value, "finite and > 1")
+        require(1 < self.relax < math.inf, "relax", self.relax, "finite and > 1")
         require(1 < self.cautious <= self.relax, "cautious", self.cautious, "in (1, relax]")
 
     @property
@@ -88,9 +84,7 @@ class ProximalPoint:
 
         rows = linearise(problem, self.function, state.r, velocity(state.r))
         direction = newton_direction(problem, rows, weight)
-        r, value = self.search(
-            lambda x: merit(problem, self.function, x, velocity(x)), state.r, direction, state.merits
-        )
+        r, value = _SEARCH(lambda x: merit(problem, self.function, x, velocity(x)), state.r, direction, state.merits)
         state = replace(state, r=r, merits=(*state.merits, value))
         if value <= self.accuracy * min(state.outer, 1.0) + 1e-15:
             return self._accepted(problem, state)
@@ -98,7 +92,7 @@ class ProximalPoint:
 
     def _hopeless(self, state: ProximalState) -> bool:
         passes, merits = len(state.merits) - 1, state.merits
-        return passes >= self.inner or (passes > _PATIENCE and merits[-1] > 0.5 * merits[3 - _PATIENCE])
+        return passes >= _INNER or (passes > _PATIENCE and merits[-1] > 0.5 * merits[3 - _PATIENCE])
 
     def _accepted(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
         passes = len(state.merits) - 1
@@ -109,4 +103,4 @@ class ProximalPoint:
     def _rejected(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
         if state.weight >= _HEAVIEST:
             return replace(state, stalled="the inner Newton fails however heavy the proximal term")
-        return self._centred(problem, state.centre, state.weight * self.tighten, self.memory)
+        return self._centred(problem, state.centre, state.weight * _TIGHTEN, self.memory)

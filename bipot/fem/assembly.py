@@ -18,7 +18,7 @@ from scipy.linalg import null_space
 
 from bipot.fem.axes import STRAIGHT, Axes
 from bipot.fem.elements import Quadrature, Reference, tabulated
-from bipot.fem.kinematics import Gradients
+from bipot.fem.kinematics import Gradients, gradients
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import contract
@@ -55,6 +55,10 @@ class Space:
     def size(self) -> int:
         """Number n of unknowns."""
         return len(self.free) + self.translations
+
+    def gradients(self, nodes: Floats) -> Gradients:
+        """Shape gradients and volumes on the configuration ``nodes`` (a, d), without projection; see the function."""
+        return gradients(nodes, self.mesh.elements, self.reference, self.geometry)
 
     def spread(self, x: Floats) -> Floats:
         """Nodal field (a, d) from the unknowns (n,), zero where held."""

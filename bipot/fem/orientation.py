@@ -133,9 +133,6 @@ def refuse_folded(
 
     The ``placements`` are named in words. Undecided elements are refused too. With ``straight``, corners between
     straight edges, and edges between the faces of a brick, may have a straight angle.
-
-    Raises:
-        InvertedElement: naming an element, the placement, the place and the value.
     """
     x = np.concatenate([nodes.take(elements, axis=0) for nodes in placements.values()])
     D, local, slopes = _coefficients(x)

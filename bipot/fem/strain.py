@@ -214,7 +214,8 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     component, factor = reduction.copied
     Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
     Z *= kin.volume[..., None, None] * factor
-    Z += _moving_gradient(kin.volume[..., None] * s.returned, reduction)
+    # w D' t changes with the end at fixed stress, too.
+    Z += contract(kin.volume[..., None] * s.returned, reduction.moving).reshape(Z.shape)
     np.matmul(Z, scratch.D, out=scratch.ZD)
     e, n, _ = scratch.K.shape
     np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
@@ -233,12 +234,6 @@ def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, b
     left = (kin.divergence - trace(kin.strain))[..., None] * (V - by_motion / 2)
     moved = projector.of(left + by_motion) - by_motion
     return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ moved
-
-
-def _moving_gradient(stress: Floats, reduction: Reduction) -> Floats:
-    """Q (e, q, m, m): how w D' t changes with the end position at fixed stress (e, q, s)."""
-    m = len(reduction.entries)
-    return contract(stress, reduction.moving).reshape(*stress.shape[:-1], m, m)
 
 
 class Configuration(Enum):

@@ -111,11 +111,7 @@ def _mirrored(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
 def require_strained(
     mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeChange, held: Ints, axes: Axes
 ) -> None:
-    """Refuse a rule and a volume change that leave motions without strain to a mesh so held: any amount would do.
-
-    Raises:
-        SceneError: it says which do not, and where.
-    """
+    """Refuse a rule and a volume change that leave motions without strain to a mesh so held: any amount would do."""
 
     def loose(rule: Quadrature, volume: VolumeChange) -> Ints:
         return strainless(mesh, geometry, rule, volume, held, axes)

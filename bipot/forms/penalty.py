@@ -64,11 +64,8 @@ _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
 class Penalised(ABC):
     """What both forms share: the penalties ``K_n``, ``K_t``, and a pass that ends at the minimiser of its program.
 
-    ``K_n``, ``K_t`` are forces per length of one node of the whole body (:func:`contact_penalty` scales them), halved
-    for what a plane of symmetry leaves of one.
-
-    Raises:
-        SceneError: a penalty that is not finite and positive.
+    ``K_n``, ``K_t`` are forces per length of one node of the whole body (:func:`contact_penalty` scales them), finite
+    and positive, halved for what a plane of symmetry leaves of one.
     """
 
     K_n: float
@@ -125,9 +122,6 @@ class Penalty(Penalised):
 
     The penalties are as in :class:`Penalised`. The answer must meet the law that is posed, t_t within mu t_n; the
     certificate of the exact law is only reported.
-
-    Raises:
-        SceneError: a penalty that is not finite and positive.
     """
 
     name: ClassVar[FormName] = FormName.PENALTY
@@ -147,9 +141,6 @@ class Uzawa(Penalised):
 
     Its fixed point is the exact law at any penalty, and is reached faster with a larger one: t_n = (t_n - K_n gap)+ and
     t_t = projection of t_t - K_t du_t on the disc mu t_n hold only where (12) does.
-
-    Raises:
-        SceneError: a penalty that is not finite and positive.
     """
 
     name: ClassVar[FormName] = FormName.UZAWA

@@ -78,7 +78,8 @@ class Posed:
 
     def turned(self, iterate: Iterate) -> Posed:
         """With the same candidates' rows of an iterate, which flat tools have once for all but for caps."""
-        changes = iterate.increment.system.candidates.changes
+        candidates = iterate.increment.system.candidates
+        changes = candidates.curved or candidates.capped
         return replace(self, rows=iterate.rows.take(self.near)) if changes else self
 
     def terms(self, iterate: Iterate, r: Floats) -> ContactTerms:

@@ -62,7 +62,8 @@ class Dataset:
         """Refuse another kind, another shape, and more ``rows`` (None for all) than the limit of one array allows."""
         found = self.shape
         fits = len(found) == len(shape) and all(want in (None, n) for n, want in zip(found, shape, strict=True))
-        self.source.require(fits, f"{self.field}: its shape", found, _words(shape))
+        words = str(tuple("any" if n is None else n for n in shape)).replace("'", "")
+        self.source.require(fits, f"{self.field}: its shape", found, words)
         with self.source.reading(self.field):
             require_kind(self.source, self.field, self.id, kind)
         held, largest = 8 * prod(found if rows is None else (rows, *found[1:])), self.source.largest
@@ -95,10 +96,6 @@ class Dataset:
                 place = tuple(int(k) for k in np.unravel_index(bad.argmax(), bad.shape))
                 self.source.require(False, f"{self.field}{list(place)}", found[place], words)
         return found.astype(target, copy=False)
-
-
-def _words(shape: Shape) -> str:
-    return str(tuple("any" if n is None else n for n in shape)).replace("'", "")
 
 
 def require_kind(source: Source, field: str, item: DatasetID | AttrID, kind: str) -> None:

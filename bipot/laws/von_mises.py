@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_type
 from bipot.laws.hardening import Hardening, require_hardening
+from bipot.laws.projections import unit
 from bipot.tensors import (
     contract,
     deviator,
@@ -38,6 +39,10 @@ _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 
 _ON_SURFACE = 16.0 * _ROUND_OFF
 """How exactly a point that flowed is on the yield surface: within this it rests, so that round-off decides no flow."""
+
+
+ON_YIELD = 1e-9
+"""A stress this near the yield surface, relative to it, counts as on it for (10)."""
 
 
 class TangentKind(Enum):
@@ -246,3 +251,33 @@ class VonMises:
             return consistent_tangent(returned, peeq, self.elasticity, self.hardening)
         end = peeq + returned.dpeeq
         return continuum_tangent(returned.stress, end, returned.plastic, self.elasticity, self.hardening)
+
+
+@dataclass(frozen=True)
+class RateVonMises(VonMises):
+    """sigma_n + C^ep : de (4), C^ep that of the start of the increment: the stress drifts off the yield surface.
+
+    It is the seed paper's, whose stress is not returned.
+    """
+
+    drifts: ClassVar[bool] = True
+
+    def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
+        """Stress by (4), and the plastic strain that follows from (5) and (6)."""
+        C, plastic = self._rate(rotated, peeq)
+        size = strain.shape[-1]
+        change = einsum("...st,...t->...s", C, strain)
+        e_p = strain - change @ self.elasticity.compliance(size)
+        e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
+        trial = rotated + strain @ self.elasticity.stiffness(size)
+        return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), unit(e_p), plastic)
+
+    def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
+        """C^ep (…, s, s) at the start of the increment, of either kind."""
+        return self._rate(rotated, peeq)[0]
+
+    def _rate(self, stress: Floats, peeq: Floats) -> tuple[Floats, Bools]:
+        """C^ep (…, s, s) of (10), and where it is plastic (…)."""
+        sigma_y = self.yield_stress(peeq)
+        plastic = yield_function(stress, sigma_y) >= -ON_YIELD * sigma_y
+        return continuum_tangent(stress, peeq, plastic, self.elasticity, self.hardening), plastic

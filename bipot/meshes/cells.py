@@ -35,9 +35,6 @@ class Fine:
     """A grading of a side: its last ``length`` in ``elements`` of one size, from which the others grow by one factor.
 
     It is for a side whose end rolls onto a tool: the force jumps as a node lands, in proportion to the size there.
-
-    Raises:
-        SceneError: a length that is not above zero, no elements.
     """
 
     length: float
@@ -108,13 +105,7 @@ def require_sides(**sides: float) -> None:
 
 
 def require_room(boxes: int, element: Element, counts: Mapping[str, int]) -> None:
-    """Refuse ``counts`` by name that make more ``boxes``, or parts of them, than memory has room for.
-
-    Boxes are quadrilaterals and hexahedra.
-
-    Raises:
-        SceneError: naming the largest count.
-    """
+    """Refuse ``counts`` by name that make more quadrilaterals or hexahedra, ``boxes``, than memory has room for."""
     # In a large mesh each has one corner of its own, and these mid-sides and centres, together with its parts.
     d = element.dimension
     own = 1 if not element.quadratic else 1 + d if element.shape.cube and not element.centred else 2**d

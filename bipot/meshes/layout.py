@@ -100,11 +100,7 @@ def rectangle(
 
 
 def require_layout_room(counts: Sequence[int], element: Element, layout: Any, fields: Sequence[str]) -> None:
-    """Refuse ``counts`` along the sides, called ``fields``, of more elements than memory has room for.
-
-    Raises:
-        SceneError: naming the largest of them; or ``layout`` is none.
-    """
+    """Refuse ``counts`` along the sides, called ``fields``, of more elements than memory has room for."""
     require_type(layout, Layout, "layout")
     whole = [int(count) for count in counts]
     require_room(layout.count(*whole), element, dict(zip(fields, whole, strict=True)))

@@ -59,11 +59,11 @@ class Mesh:
         numeric = nodes.ndim == 2 and nodes.shape[1] in (2, 3) and nodes.dtype.kind in "fiu"
         require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", PLACES)
         require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
-        _require_near(nodes)
         require_type(self.boundaries, Mapping, "mesh.boundaries")
         kinds = {element.nodes: element.name for element in elements_of(nodes.shape[1])}
         elements = _connectivity(self.elements, kinds, "mesh.elements", "element", len(nodes))
         _require_elements(elements, len(nodes))
+        _require_near(nodes)
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
         require_facets(self._facets, self.elements)
@@ -217,8 +217,6 @@ class Mesh:
 
 def _require_near(nodes: Floats) -> None:
     """Refuse positions so far from the origin that shapes and displacements are lost in round-off."""
-    if not len(nodes):
-        return
     far, size = max_abs(nodes), float(np.ptp(nodes, axis=0).max())
     require_magnitude(size, "mesh.size", LARGEST_LENGTH)
     allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"

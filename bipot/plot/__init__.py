@@ -6,7 +6,7 @@ the others arrays. matplotlib is needed only when one of them is called.
 
 from bipot.plot.animation import animate
 from bipot.plot.contours import body, contact_traction, contour, tools
-from bipot.plot.lines import boundary, curved, force_stroke, mesh, traction_profile, vectors
+from bipot.plot.lines import boundary, curved, force_stroke, mesh, vectors
 
 __all__ = [
     "animate",
@@ -18,6 +18,5 @@ __all__ = [
     "force_stroke",
     "mesh",
     "tools",
-    "traction_profile",
     "vectors",
 ]

@@ -108,11 +108,7 @@ def _label(result: History, field: str) -> str:
 
 
 def require_plane(result: History) -> None:
-    """Refuse anything but an opened run of a plane body.
-
-    Raises:
-        SceneError: no opened run, a body in space.
-    """
+    """Refuse anything but an opened run of a plane body."""
     require(isinstance(result, History), "result", result, "a History, as bipot.results.open(folder) gives it")
     flat = result.geometry is not Geometry.SOLID
     require(

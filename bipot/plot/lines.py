@@ -27,11 +27,7 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of plane elements (e, k) between nodes (a, 2), with their curvature; ``style`` is matplotlib's.
-
-    Raises:
-        SceneError: other shapes.
-    """
+    """The edges of plane elements (e, k) between nodes (a, 2), with their curvature; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
     _require_plane(nodes, elements, "elements", "(e, k), as mesh.elements", "node numbers")
@@ -44,11 +40,7 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
 
 
 def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges (f, n) of a boundary between nodes (a, 2), with their curvature.
-
-    Raises:
-        SceneError: other shapes.
-    """
+    """The edges (f, n) of a boundary between nodes (a, 2), with their curvature."""
     from matplotlib.collections import LineCollection
 
     _require_plane(nodes, edges, "edges", "(f, n), as mesh.outline or mesh.boundary(name)", "node numbers")
@@ -58,11 +50,7 @@ def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -
 
 
 def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
-    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units.
-
-    Raises:
-        SceneError: other shapes, a length that is no number.
-    """
+    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units."""
     _require_plane(nodes, values, "values", "(a, 2), one at each node", "vectors")
     require(np.shape(values) == np.shape(nodes), "values", f"shape {np.shape(values)}", f"{np.shape(nodes)}, as nodes")
     require_number(length, "length")
@@ -72,40 +60,12 @@ def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float
 
 
 def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style: Any) -> Line2D:
-    """Force over stroke, both (n,), from the origin.
-
-    Raises:
-        SceneError: different lengths.
-    """
+    """Force over stroke, both (n,), from the origin."""
     require(
         np.shape(force) == np.shape(stroke), "force", f"shape {np.shape(force)}", f"one a stroke, {np.shape(stroke)}"
     )
     (line,) = axes_of(ax).plot(np.append(0.0, stroke), np.append(0.0, force), **style)
     return line
-
-
-def traction_profile(
-    ends: Floats,
-    means: Floats,
-    radius: Floats,
-    values: Floats,
-    ax: Axes | None = None,
-    marker: str = ".",
-    **style: Any,
-) -> tuple[LineCollection, Line2D]:
-    """Traction on a contact line between the edges' ends (f, 2), nodal values marked.
-
-    ``means`` (f,) are drawn as steps, values (f, 2) at the ends as straight lines.
-    """
-    from matplotlib.collections import LineCollection
-
-    axes = axes_of(ax)
-    levels = np.stack([ends, np.broadcast_to(means.reshape(len(ends), -1), ends.shape)], axis=-1)
-    steps = LineCollection(list(levels), **{"lw": 2.2, **style})
-    axes.add_collection(steps)
-    (marks,) = axes.plot(radius, values, marker, ms=4, mew=0.8, mfc="none", color=steps.get_color()[0], zorder=1)
-    axes.autoscale_view()
-    return steps, marks
 
 
 def _require_plane(nodes: object, rows: object, field: str, kind: str, what: str) -> None:

@@ -17,7 +17,7 @@ rows (n, t_1 .. t_{d-1}) a contact. A point without a friction row gets zero tan
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -179,7 +179,8 @@ def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
     load[inner:] = 0.0
     loaded = lu.solve(load)
     f = program.f[kept] + shifted @ loaded[inner:]
-    reduced = TangentProgram(shifted - shift * np.eye(count), f, program.contact.columns(kept))
+    contact = replace(program.contact, rows=program.contact.rows.columns(kept))
+    reduced = TangentProgram(shifted - shift * np.eye(count), f, contact)
     return Condensed(reduced, kept, split.order, lu, shifted, loaded)
 
 

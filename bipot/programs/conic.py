@@ -27,7 +27,7 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import ConicProgram, Variables
 from bipot.conic.through_cvxpy import Stated
-from bipot.programs.data import Block, ContactRows, Units
+from bipot.programs.data import Block, Units
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import EXACT, Model, minimised
 from bipot.programs.pieces import Law, Mapped, Pieces
@@ -42,11 +42,6 @@ class TangentProgram:
     K: sp.csc_matrix | Floats
     f: Floats
     contact: ContactTerms
-
-    @staticmethod
-    def of(K: sp.csc_matrix | Floats, f: Floats, rows: ContactRows, threshold: Floats) -> TangentProgram:
-        """The program from its physical data."""
-        return TangentProgram(K, f, ContactTerms(rows, threshold))
 
     def scaled(self, units: Units) -> TangentProgram:
         """Dimensionless: displacements in ``units.length``, forces in ``units.force``."""

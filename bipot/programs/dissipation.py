@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import ConicProgram, ConicSolution, Variables
+from bipot.conic.problem import ConicProgram, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.terms import ContactTerms, norm_rows
@@ -121,14 +121,6 @@ class DissipationProgram:
             blocks=variables.blocks,
             statement=self.statement,
         )
-
-    def plastic_strain(self, solution: ConicSolution) -> Floats:
-        """e_p (g, m) in basis coordinates: dev e - d."""
-        m = self.model
-        if not m.flows:
-            return np.zeros(m.stress.shape)
-        deviator = m.deviatoric @ solution.block(Block.DISPLACEMENT)
-        return m.deviator_0 + (deviator - solution.block(Block.ELASTIC_DEVIATOR)).reshape(m.stress.shape)
 
     def statement(self) -> Stated:
         """The same program stated in cvxpy."""

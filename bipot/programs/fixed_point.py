@@ -80,9 +80,6 @@ class Safeguard:
     A residual above ``falls`` times the last one counts as not falling; ``patience`` passes without a residual below
     ``falls`` times the least so far change the sequence (twice as many the next time). Anderson mixes ``depth`` steps,
     damping halves the step down to ``least``. ``falls = inf`` is the plain fixed point, without a safeguard.
-
-    Raises:
-        SceneError: a value out of its range.
     """
 
     first: Frozen = Frozen.THRESHOLD

@@ -11,19 +11,19 @@ penalties forces per length. How it is minimised is a choice: :mod:`bipot.progra
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential, tangential_traction
-from bipot.programs.condensation import Condensed, condense, factorise
+from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
-from bipot.typing import Floats, Ints, max_abs
+from bipot.programs.terms import ContactTerms
+from bipot.typing import Floats, max_abs
 
 LOST = 1e-3
 """Residual over the largest force above which a minimisation is given up."""
@@ -97,10 +97,6 @@ class PenaltyTerms:
             self.k_t / stiffness,
         )
 
-    def columns(self, dofs: Ints) -> PenaltyTerms:
-        """The same terms on the unknowns ``dofs`` only, which must include every one they touch."""
-        return replace(self, rows=self.rows.columns(dofs))
-
 
 @dataclass(frozen=True)
 class PenaltyProgram:
@@ -136,15 +132,6 @@ class PenaltyProgram:
         normal = rows.G_n.T @ _weighted(rows.G_n, self.contact.normal(du).hessian[:, None, None])
         tangential = rows.G_t.T @ _weighted(rows.G_t, self.contact.tangential(du).hessian)
         return sp.csc_matrix(self.K + (normal + tangential))
-
-    def condition(self, x: Floats) -> float:
-        """Estimate of the Hessian's condition number in the 1-norm (Higham and Tisseur's estimator)."""
-        H = self.hessian(x)
-        lu, n = factorise(H), len(self.f)
-        # The stubs of scipy hide the keyword constructor.
-        operator: Any = sla.LinearOperator
-        inverse = operator((n, n), matvec=lu.solve, rmatvec=lu.solve, dtype=float)
-        return float(sla.norm(H, 1)) * float(np.asarray(sla.onenormest(inverse)))
 
     def conic(self) -> ConicProgram:
         """(29) in standard form, of the variables y = (dU, v_n, v_t) and bounds on |v_t|.
@@ -207,8 +194,8 @@ class PenaltyProgram:
 
     def condensed(self) -> tuple[PenaltyProgram, Condensed]:
         """The same program on the unknowns its contact rows touch, and the way back."""
-        small = condense(TangentProgram.of(self.K, self.f, self.contact.rows, self.contact.threshold))
-        terms = self.contact.columns(small.kept)
+        small = condense(TangentProgram(self.K, self.f, ContactTerms(self.contact.rows, self.contact.threshold)))
+        terms = replace(self.contact, rows=small.program.contact.rows)
         return PenaltyProgram(small.program.K, small.program.f, terms), small
 
 

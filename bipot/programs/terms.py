@@ -24,7 +24,7 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Cone, ConicSolution, Rows
 from bipot.programs.data import Block, ContactRows, Term, Units, rows_of
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats
 
 if TYPE_CHECKING:
     import cvxpy as cp
@@ -45,10 +45,6 @@ class ContactTerms:
         """Dimensionless: gaps, slips and shifts in ``units.length``, thresholds in ``units.force``."""
         shift = None if self.shift is None else self.shift / units.length
         return ContactTerms(self.rows.scaled(units), self.threshold / units.force, shift)
-
-    def columns(self, dofs: Ints) -> ContactTerms:
-        """The same terms on the unknowns ``dofs`` only, which must include every one they touch."""
-        return ContactTerms(self.rows.columns(dofs), self.threshold, self.shift)
 
     @property
     def unilateral(self) -> Bools:

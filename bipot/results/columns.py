@@ -21,11 +21,7 @@ Value = float | int | str
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a history: its header, its meaning and unit, and the function that computes it.
-
-    Raises:
-        SceneError: a name that is no string, a value that is no function.
-    """
+    """One column of a history: its header, its meaning and unit, and the function that computes it."""
 
     name: str
     meaning: str
@@ -92,16 +88,12 @@ ERROR_ESTIMATE = Column(
 OVERLAP = Column(
     "overlap",
     "largest penetration anywhere on the edges and faces that may touch a tool over body size",
-    lambda system, a: overlap(
-        system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
-    ),
+    lambda _, a: overlap(a.scene, a.state.nodes, a.scene.placed(a.state.tau, a.state.translation)),
 )
 UNFELT = Column(
     "unfelt",
     "how far surface nodes that are not candidates of a tool went behind its surface, over body size",
-    lambda system, a: unfelt(
-        system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
-    ),
+    lambda _, a: unfelt(a.scene, a.state.nodes, a.scene.placed(a.state.tau, a.state.translation)),
 )
 CANCELLED = Column(
     "cancelled",
@@ -123,9 +115,6 @@ MIN_JACOBIAN = Column(
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """Accumulated work, elastic, plastic, friction of the whole body times ``factor`` to ``unit``, and energy error.
 
-    Raises:
-        SceneError: a unit that is no string, a factor that is no number above zero.
-
     >>> [column.name for column in energies("J", 1e-3)]
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
     """
@@ -145,9 +134,6 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
 
 def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """The certificate's measures, the gap of the whole body times ``factor`` to the energy ``unit``.
-
-    Raises:
-        SceneError: as :func:`energies`.
 
     >>> [column.name for column in certificate("J", 1e-3)][-2:]
     ['bipotential_gap_J', 'relative_gap']

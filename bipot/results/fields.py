@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from bipot.control.accepted import Accepted
 from bipot.control.course import Course
 from bipot.fem.elements import Quadrature, tabulated
-from bipot.fem.kinematics import gradients
 from bipot.laws.coulomb import Status
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
@@ -45,7 +44,7 @@ class StoredStep:
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
-        placed = gradients(state.nodes, scene.mesh.elements, system.body.space.reference, scene.geometry)
+        placed = system.body.space.gradients(state.nodes)
         tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
         frames = system.candidates.frames_at(state.nodes, poses)

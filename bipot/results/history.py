@@ -190,7 +190,6 @@ def open(path: str | Path, command: str = "") -> History:
 
     Raises:
         ResultsError: there is none (the message names the ``command`` that makes it), or the file is no run.
-        SceneError: ``path`` is no path.
     """
     file = run_file(path)
     if not file.is_file():
@@ -204,7 +203,6 @@ def run_file(path: str | Path) -> Path:
 
     Raises:
         ResultsError: it is one of an older version, which is not read; or the system refuses the name.
-        SceneError: no path.
     """
     require_path(path)
     path = Path(path)

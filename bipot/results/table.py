@@ -16,11 +16,7 @@ from bipot.results.columns import Value
 
 
 def require_value(value: object, name: str) -> None:
-    """Refuse values that a column cannot hold, which would be stored as Python's text for them.
-
-    Raises:
-        SceneError: it is neither a number nor a string of Unicode; the message names the column.
-    """
+    """Refuse values that a column cannot hold, which would be stored as Python's text for them."""
     known = isinstance(value, int | float | str | np.integer | np.floating) and not isinstance(value, bool)
     known = known and not (isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value))
     told = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else value

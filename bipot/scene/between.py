@@ -191,5 +191,5 @@ def _holds(surface: Surface, ends: Floats, centre: Floats, radius: Floats) -> Bo
     """Whether the deepest point of each circle (n, d), (n,) behind its segment (n, 2, d) is one of the tool."""
     along = ends[:, 1] - ends[:, 0]
     length = norm(along)
-    outward = np.stack([along[:, 1], -along[:, 0]], axis=-1) / length[:, None]
+    outward = -leftwards(along) / length[:, None]
     return surface.distance(centre - radius[:, None] * outward).gap <= ON * length

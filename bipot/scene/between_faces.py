@@ -93,11 +93,7 @@ class Skin:
 
 
 def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Refuse a tool so thin that it might enter the body unnoticed.
-
-    Raises:
-        SceneError: naming the field by the ``label``.
-    """
+    """Refuse a tool so thin that it might enter the body unnoticed."""
     faces = mesh.edges(*tool.candidates)
     longest = float(_longest(mesh.nodes[faces[:, _around(faces.shape[1])]]).max())
     thickness = tool.face.tips().thickness

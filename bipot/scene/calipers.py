@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.tools.plane import leftwards
 from bipot.typing import Floats
 
 ALIKE = 9
@@ -52,7 +53,7 @@ def across(facets: Floats) -> Floats:
     """Unit normals (f, d) of edges by their ends, or of faces by their corners, (f, n, d)."""
     along = facets[:, -1] - facets[:, 0]
     if facets.shape[2] == 2:
-        normals = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        normals = -leftwards(along)
     else:
         normals = np.cross(facets[:, 2] - facets[:, 0], facets[:, -1] - facets[:, 1])
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)

@@ -45,11 +45,6 @@ class Fitted(NamedTuple):
     holding: Holding
     surroundings: Surroundings | Skin
 
-    @property
-    def ring(self) -> bool:
-        """Whether the body is axisymmetric."""
-        return self.geometry is Geometry.AXISYMMETRIC
-
 
 def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     """Refuse a tool that does not fit the body, naming its field by the ``label``.
@@ -78,10 +73,10 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
     _require_outside(body, tool, label)
-    if body.ring and not tool.flat:
+    if body.geometry.reduction.ring and not tool.flat:
         _require_revolved(body, tool, label)
     if tool.turn is not None:
-        require(not body.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
+        require(not body.geometry.reduction.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
     _require_driven(body, tool, x, label)
     _require_coefficients(body, tool, label)
 
@@ -163,7 +158,7 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
     """Require a force along the axis of a ring, and a driven tool that starts outside of the candidates at x (a, d)."""
     force = tool.driven_by
     if force is not None:
-        along = not body.ring or force.vector[0] == 0
+        along = not body.geometry.reduction.ring or force.vector[0] == 0
         require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
     if force is not None or (tool.turn is not None and tool.turn.driven_by is not None):
         at_rest = np.zeros(pose_size(x.shape[1]))

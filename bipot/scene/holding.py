@@ -157,7 +157,7 @@ def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], way
     """Refuse displacements ``given`` at a node that do not agree with its displacement by the ``ways``."""
     moving = [support for support in given if isinstance(support, Prescribed)]
     for tau in sorted({tau for support in moving for tau, _ in support.amplitude.points}):
-        values = np.array([s.at(tau) if isinstance(s, Prescribed) else 0.0 for s in given])
+        values = np.array([support.at(tau) for support in given])
         moved = values @ ways
         for support, value in zip(given, values.tolist(), strict=True):
             vector = support.along(ways.shape[1])

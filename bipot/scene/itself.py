@@ -79,11 +79,7 @@ class Itself:
         return Itself(mesh, surface, first[surface] // width, keys, mirrors, side)
 
     def require_apart(self) -> None:
-        """Refuse a body that penetrates itself at rest, or has two surface nodes at one place.
-
-        Raises:
-            SceneError: naming the nodes, or the node and the element.
-        """
+        """Refuse a body that penetrates itself at rest, or has two surface nodes at one place."""
         x, tolerance = self.mesh.nodes[self.surface], PLANAR * self.mesh.size
         # Along a direction that no mesh has, few are at one place that are not.
         along = x @ GENERIC[: x.shape[1]]

@@ -16,7 +16,6 @@ import numpy as np
 
 from bipot.errors import LARGEST_STRESS, require, require_count, require_type
 from bipot.fem.assembly import Space
-from bipot.fem.kinematics import gradients
 from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
 from bipot.meshes.mesh import Mesh
 from bipot.paths import RAMP, Amplitude, require_bounded, require_components, vector
@@ -63,7 +62,7 @@ class BodyForce:
     def forces(self, space: Space) -> Floats:
         """int N_a b dV."""
         mesh = space.mesh
-        volume = gradients(mesh.nodes, mesh.elements, space.reference, space.geometry).volume
+        volume = space.gradients(mesh.nodes).volume
         share = np.bincount(mesh.elements.ravel(), (volume @ space.reference.values).ravel())
         return np.outer(share, self.vector)
 

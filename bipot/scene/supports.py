@@ -36,6 +36,10 @@ class Support:
             require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
             object.__setattr__(self, "direction", int(self.direction))
 
+    def at(self, tau: float) -> float:
+        """The displacement at pseudo-time ``tau``."""
+        return 0.0
+
     def along(self, dimension: int) -> Vector:
         """The direction as a unit vector in this dimension, along an axis where it is off one by round-off.
 

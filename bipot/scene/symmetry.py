@@ -119,11 +119,7 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Mirror:
 
 
 def require_outer(mirrors: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
-    """Refuse tools and loads on edges in planes of symmetry, or on the axis of a ring: they are inside the whole body.
-
-    Raises:
-        SceneError: naming the field and an edge.
-    """
+    """Refuse tools and loads on edges in planes of symmetry, or on the axis of a ring: inside the whole body."""
     for plane in mirrors:
         for k, tool in enumerate(tools):
             _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")

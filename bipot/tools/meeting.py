@@ -195,11 +195,11 @@ class Faces:
         gap[own[some]] = tool.face.gap(places, np.zeros(places.shape[-1]))
         return self.parts.gathered(gap)
 
-    def after(self, going: Going, before: Floats) -> Floats:
-        """Gaps (c,) after the motion ``before`` (w, d) of :meth:`in_air`, with what is ``going`` where it starts."""
-        gap = np.empty(len(going.x))
-        for mine, tool, pose in zip(self.owned, self.tools, going.placed, strict=True):
-            gap[mine] = tool.face.gap(tool.own(going.x[mine], pose) + before[mine], np.zeros(going.x.shape[1]))
+    def after(self, x: Floats, placed: Floats, before: Floats) -> Floats:
+        """Gaps (c,) of parts from x (w, d) after the motion ``before`` (w, d) of :meth:`in_air`; poses ``placed``."""
+        gap = np.empty(len(x))
+        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
+            gap[mine] = tool.face.gap(tool.own(x[mine], pose) + before[mine], np.zeros(x.shape[1]))
         return self.parts.gathered(gap)
 
     def crossed(self, meeting: Meeting) -> Bools:
