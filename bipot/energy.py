@@ -10,9 +10,10 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
 with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
 are halfway; for loads that are on at tau = 0, where a body is at rest, f_0 is zero), r those of the candidates, de_p
 the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The
-term r_n dgap removes the work that the mean force of an opening or closing contact would do across its gap; it is zero
-elsewhere. For a candidate that comes to a curved tool through the air the work is f . du - r_t . du_t, which is what
-the body takes up; for a flat tool this is the same.
+forces f_0 are those that held each other in balance at the start, which in ``paper`` they do on x_{n-1}: nothing works
+on a body that is carried along as a whole. The term r_n dgap removes the work that the mean force of an opening or
+closing contact would do across its gap; it is zero elsewhere. For a candidate that comes to a curved tool through the
+air the work is f . du - r_t . du_t, which is what the body takes up; for a flat tool this is the same.
 
     g = sum_c b (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap_0),
 
@@ -102,7 +103,7 @@ class Energies:
         touching = in_touch(start, solved.iterate, solved.r)
         aloft = float((1 - touching) @ against)
         more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
-        load = (1 - theta) * increment.loads.before + theta * solved.iterate.nodal_load
+        load = (1 - theta) * start_loads(start, increment) + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
         parts = {
             "work": _tools(start, solved, r, theta) + loads + more,
@@ -150,10 +151,22 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     if not driven.any():
         return 0.0
     body = system.body
-    placed = body.space.gradients(body.scene.origin(start.nodes))
+    placed = body.space.gradients(balanced_at(start, increment))
     contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
-    before = system.reactions(element_force(placed, start.stress), increment.loads.before, contacts)
+    before = system.reactions(element_force(placed, start.stress), start_loads(start, increment), contacts)
     return vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven)
+
+
+def balanced_at(start: State, increment: Increment) -> Floats:
+    """The configuration (a, d) in which the start is in equilibrium."""
+    return increment.system.body.scene.balanced(start.nodes - start.du, start.du)
+
+
+def start_loads(start: State, increment: Increment) -> Floats:
+    """Nodal loads (a, d) with which the start is in equilibrium; none at rest."""
+    balanced = balanced_at(start, increment)
+    loading = increment.system.loading
+    return np.zeros_like(balanced) if increment.loads.begins else loading.forces(balanced, start.tau)
 
 
 def start_forces(start: State, increment: Increment) -> Floats:
@@ -208,7 +221,7 @@ def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
 def _caps(start: State, increment: Increment) -> Floats:
     """The caps (c,) at the start, inf where none is asked."""
     body = increment.system.body
-    scene, balanced = body.scene, body.scene.balanced(start.nodes - start.du, start.du)
+    scene, balanced = body.scene, balanced_at(start, increment)
     volume = body.space.gradients(balanced).volume
     strength = Strength(scene.material.yield_stress(start.peeq), volume)
     return caps(increment.system.candidates, strength, balanced, start.nodes, increment.tools.placed)

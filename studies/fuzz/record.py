@@ -84,6 +84,7 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         loads=_loads(scene, setting, start, end),
         prescribed=(prescribed_at(scene, start.tau), prescribed_at(scene, end.tau)),
         led=led_of(scene, end.tau, start, end),
+        balanced=_balanced(scene, setting, start),
         tools=shaped(scene, start, end),
     )
 
@@ -143,10 +144,17 @@ def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
     return np.stack([c.on_nodes(own[:, None] * c.vectors(state.forces)) for own in mine])
 
 
+def _balanced(scene: Scene, setting: Setting, start: State) -> Floats:
+    """Where a state that an increment starts from is in equilibrium (a, 2)."""
+    if setting.small:
+        return setting.rest
+    return start.nodes - start.du if scene.configuration is Configuration.PAPER else start.nodes
+
+
 def _loads(scene: Scene, setting: Setting, start: State, end: State) -> tuple[Floats, Floats, Floats]:
     """Nodal forces at start and end, each where equilibrium is asked, and the sizes of those at the end."""
     s, paper = setting, scene.configuration is Configuration.PAPER
-    begun, ended = (s.rest, s.rest) if s.small else (start.nodes, start.nodes if paper else end.nodes)
+    begun, ended = _balanced(scene, s, start), s.rest if s.small else start.nodes if paper else end.nodes
     at = [loads_at(scene, s, nodes, tau) for tau, nodes in ((start.tau, begun), (end.tau, ended))]
     return carried(start, at[0][0]), *at[1]
 

@@ -16,6 +16,8 @@ from studies.independent.solid import face_forces, place, rule, shape_functions
 def loads_at(scene: Scene, accepted: Accepted, end: int) -> Floats:
     """Nodal forces (a, 3) at the start, 0, or the ``end``, 1, of an increment, where equilibrium is asked."""
     balanced = accepted.start.nodes
+    if scene.configuration is Configuration.PAPER and not end:
+        balanced = balanced - accepted.start.du
     if scene.configuration is Configuration.SMALL:
         balanced = scene.mesh.nodes
     elif scene.configuration is Configuration.MIDPOINT and end:

@@ -265,7 +265,7 @@ class Step:
     ``prescribed`` are the displacements (a, 2) since rest that supports ask of what they hold, at start and end.
     ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
     before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
-    ``tools`` are those that are not flat.
+    ``tools`` are those that are not flat. ``balanced`` (a, 2) is where the start is in equilibrium.
     """
 
     start: Moment
@@ -280,6 +280,7 @@ class Step:
     loads: tuple[Floats, Floats, Floats]
     prescribed: tuple[Floats, Floats]
     led: Led
+    balanced: Floats
     energy: float = 0.0
     tools: tuple[Rigid, ...] = ()
 

@@ -51,7 +51,7 @@ def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, floa
     asked = step.prescribed[1] - step.prescribed[0]
     if not asked.any():
         return 0.0, 0.0
-    begun = place(s.rest if s.small else step.start.nodes, s.elements, s.quadrature, s.axisymmetric)
+    begun = place(step.balanced, s.elements, s.quadrature, s.axisymmetric)
     c, mean, size = step.contacts, np.zeros(asked.shape), np.zeros(asked.shape)
     before, after = c.start_vectors(step.start.forces), c.vectors(step.end.forces)
     parts = (begun, step.start, step.loads[0], before), (ended, step.end, step.loads[1], after)
