@@ -79,7 +79,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touched = bool(_touching(increment)[system.candidates.tool == k].any())
         require(touched, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
-    found = _analysed(increment, _rows(increment).take(_touching(increment)))
+    program = _program(increment, _rows(increment).take(_touching(increment)))
+    found = program.mechanism(Clarabel(), ACCURATE)
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -101,11 +102,21 @@ def collapse(increment: Increment) -> Mechanism | None:
     rows = _rows(increment)
     # An open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
-    try:
-        found = _analysed(increment, rows)
-    except ProgramError:
-        return None
-    return replace(found, v=found.v / _units(body.scene).force) if found.holds else None
+    program, rigid = _program(increment, rows), _strainless(increment)
+    for find in (lambda: program.sliding(rigid, Clarabel(), ACCURATE), lambda: program.mechanism(Clarabel(), ACCURATE)):
+        try:
+            found = find()
+        except ProgramError:
+            continue
+        if found.holds:
+            return replace(found, v=found.v / _units(body.scene).force)
+    return None
+
+
+def _strainless(increment: Increment) -> Floats:
+    """Motions (n, m) of the whole body at the increment's start, and of tools that forces or moments drive."""
+    rigid, tools = increment.system.rigid_at(increment.start.nodes), increment.system.body.space.translations
+    return np.hstack([rigid, np.eye(len(rigid), tools, tools - len(rigid))])
 
 
 def _load(increment: Increment) -> Floats:
@@ -152,8 +163,8 @@ def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_
     return unit_rows(body.space.operator(einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes)))
 
 
-def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
-    """What the kinematic program finds, in these units."""
+def _program(increment: Increment, rows: ContactRows) -> LimitProgram:
+    """The kinematic program, in these units."""
     body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
     response = body.respond(state, np.zeros(body.space.size))
     model = body.plastic_model(response)
@@ -161,5 +172,4 @@ def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
     # The program of a form caps yield stresses out of its reach; here the load may reach them.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
     volumes = None if body.projection is None else _independent(body, response.kinematics, body.projection)
-    program = LimitProgram(scaled, _load(increment) / units.force, rows, volumes)
-    return program.mechanism(Clarabel(), ACCURATE)
+    return LimitProgram(scaled, _load(increment) / units.force, rows, volumes)

@@ -8,6 +8,7 @@ import pytest
 from bipot.checks.jammed import jammed
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
+from bipot.iterate import Increment
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
@@ -126,7 +127,7 @@ def test_tools_that_leave_the_node_a_way_are_not_blamed(changes):
 )
 def test_each_must_come_nearer_to_what_sticks_to_the_other(lid, wall, is_jam):
     system = system_of(pressed((1.2, 1.2), lid={"travel": lid}, wall={"travel": wall}))
-    assert (jammed(system, system.rest(), 1.0) is not None) == is_jam
+    assert (jammed(Increment(system, system.rest(), 1.0)) is not None) == is_jam
 
 
 SLOPE = 0.5

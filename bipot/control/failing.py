@@ -10,6 +10,7 @@ from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
+from bipot.programs.limit import Mechanism
 
 AHEAD = 1e-3
 """Part of the path within which a load that is not carried explains why a march paced by accuracy ends: its increments
@@ -62,10 +63,8 @@ def _limit_passed(increment: Increment, failed: str, ahead: float) -> LimitPasse
         given_way = collapse(replace(increment, tau=tau))
         if given_way is None:
             continue
-        whose = "it" if tau == increment.tau else f"that at tau = {tau:.6g}"
-        carried = f"in its present shape the body carries {given_way.carried:.6g} of {whose}"
         return LimitPassed(
-            f"{failed}The load passes the limit load: {carried}. Drive it by displacements, or load it less.",
+            failed + _told(given_way, "it" if tau == increment.tau else f"that at tau = {tau:.6g}"),
             increment.start,
             ray=space.spread(given_way.v),
             translation=space.beside(given_way.v),
@@ -73,3 +72,14 @@ def _limit_passed(increment: Increment, failed: str, ahead: float) -> LimitPasse
             tau=tau,
         )
     return None
+
+
+def _told(given_way: Mechanism, whose: str) -> str:
+    """What the mechanism proves of the load, and what to change."""
+    if given_way.carried == 0:
+        return (
+            "The load passes what friction holds: contacts slide, and the body moves without strain. "
+            "Hold it by a support, press it harder, or give the contacts more friction."
+        )
+    carried = f"in its present shape the body carries {given_way.carried:.6g} of {whose}"
+    return f"The load passes the limit load: {carried}. Drive it by displacements, or load it less."

@@ -26,7 +26,7 @@ from bipot.laws.coulomb import force_threshold, natural_map
 from bipot.programs.conic import TangentProgram, couple
 from bipot.programs.data import Block, ContactRows, Stopwatch, Units
 from bipot.programs.dissipation import DissipationProgram
-from bipot.programs.fixed_point import Coupling, Safeguard, image
+from bipot.programs.fixed_point import Coupling, Frozen, Safeguard, image
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.typing import Bools, Floats
@@ -55,6 +55,9 @@ class Posed:
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
         """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
 
+        Where supports leave the body free the shift comes first: thresholds of smaller forces may hold it no longer, and
+        the program has no minimum then.
+
         Candidates within a few lengths of a tool at the predicted end get rows, and the others once they touch; all get
         rows where body or tool may move by any distance.
         """
@@ -64,8 +67,10 @@ class Posed:
             # What supports do not hold may go as far as the next tool.
             near = np.ones_like(near)
         # De Saxce's shift is that of a cone: what is capped has the threshold alone.
-        second = rule is not None and not system.candidates.capped
-        coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), second)
+        second, rule = rule is not None and not system.candidates.capped, rule or Safeguard()
+        if system.rigid.size:
+            rule = replace(rule, first=Frozen.SHIFT)
+        coupling = Coupling.start(image(rows, r, iterate.x), rule, second)
         return Posed(cache, units, near, rows.take(near), coupling)
 
     def at(self, iterate: Iterate) -> Posed:

@@ -136,6 +136,20 @@ class LimitProgram:
                 return found
         return self.judged(basis @ self.within(basis).motion(solver, accuracy))
 
+    def sliding(self, rigid: Floats, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+        """The mechanism without strain, a combination of the ``rigid`` motions (n, m) by which contacts slide or open.
+
+        By duality there is one where no contact forces in their cones balance the load on the body as a whole.
+
+        Raises:
+            ProgramError: there is none, or no answer.
+        """
+        if not rigid.size:
+            raise InfeasibleProgram(UNMOVED)
+        found = self.judged(rigid @ self.within(rigid).motion(solver, accuracy))
+        # Round-off makes strains, which are not small beside the gain of a small load.
+        return replace(found, volume=0.0, carried=0.0)
+
     def within(self, basis: Floats) -> LimitProgram:
         """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
         m, rows = self.model, self.rows

@@ -1,0 +1,93 @@
+"""Bodies that friction alone holds, under loads that begin together: statics by every form, up to Coulomb's limit."""
+
+import numpy as np
+import pytest
+
+from bipot.errors import LimitPassed
+from bipot.fem.reduction import Geometry
+from bipot.forms import Dissipation, Newton, Tangent
+from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.marching import Control, march
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.meshes.solids import brick
+from bipot.scene.loads import BodyForce, Traction
+from bipot.scene.scene import Scene
+from bipot.schedule import Schedule
+from bipot.tools.poses import Force
+from bipot.tools.tool import FlatTool
+
+METAL = VonMises(Elasticity(70_000.0, 0.33), Perfect(100.0))
+FORMS = [Newton(), Tangent(), Dissipation()]
+
+
+def pushed(part: float) -> Scene:
+    """A block on a floor of mu = 0.1, pressed by 20 and pushed along by ``part`` of that."""
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.1)
+    load = Traction("top", (part, -1.0))
+    return Scene(block(20.0, 10.0, 8, 4), Geometry.PLANE_STRAIN, METAL, (), tools=(floor,), loads=(load,))
+
+
+def pushed_brick(part: float) -> Scene:
+    """The same in space, along a diagonal of a floor of mu = 0.1."""
+    floor = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), 0.1)
+    load = Traction("top", (0.8 * part, 0.6 * part, -1.0))
+    return Scene(brick(2.0, 2.0, 1.0, 2, 2, 2), Geometry.SOLID, METAL, (), tools=(floor,), loads=(load,))
+
+
+def gripped(part: float) -> Scene:
+    """A block between jaws of mu = 0.3 that a force of 20 closes, with ``part`` of that as its weight."""
+    left = FlatTool(
+        (0.0, 0.0), (1.0, 0.0), travel=(0.0, 0.0), candidates=("left",), mu=0.3, driven_by=Force((20.0, 0.0))
+    )
+    right = FlatTool((20.0, 0.0), (-1.0, 0.0), travel=(0.0, 0.0), candidates=("right",), mu=0.3)
+    load = BodyForce((0.0, -part * 20.0 / 200.0))
+    return Scene(block(20.0, 10.0, 4, 4), Geometry.PLANE_STRAIN, METAL, (), tools=(left, right), loads=(load,))
+
+
+def sloping(slope: float) -> Scene:
+    """A block of the weight 20 on a floor of mu = 0.3 that falls by ``slope`` (tangent)."""
+    angle, mesh = float(np.arctan(slope)), block(20.0, 10.0, 8, 4)
+    along, normal = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    floor = FlatTool((0.0, 0.0), (float(normal[0]), float(normal[1])), (0.0, 0.0), ("base",), 0.3)
+    turned = Mesh(mesh.nodes @ np.array([along, normal]), mesh.elements, mesh.boundaries)
+    return Scene(turned, Geometry.PLANE_STRAIN, METAL, (), tools=(floor,), loads=(BodyForce((0.0, -0.1)),))
+
+
+HELD = {
+    "pushed": (pushed, (0.001, 0.02, 0.099), lambda part: [[-20.0 * part, 20.0]]),
+    "in space": (pushed_brick, (0.02, 0.098), lambda part: [[-3.2 * part, -2.4 * part, 4.0]]),
+    "gripped": (gripped, (0.25, 0.55), lambda part: [[20.0, 10.0 * part], [-20.0, 10.0 * part]]),
+    "sloping": (sloping, (-0.18, 0.29), lambda _: [[0.0, 20.0]]),
+}
+CASES = [(make, part, statics(part)) for make, parts, statics in HELD.values() for part in parts]
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name.value)
+@pytest.mark.parametrize(("make", "part", "forces"), CASES)
+@pytest.mark.parametrize("schedule", [Schedule(1), Schedule(2, first=0.01)], ids=["at once", "from little"])
+def test_what_friction_can_hold_is_held(make, part, forces, form, schedule):
+    """From no force a frozen threshold holds nothing: the program had no minimum, and the march ended at once."""
+    last = list(march(make(part), schedule, Control(form)))[-1]
+    np.testing.assert_allclose(last.tool_forces, forces, rtol=0, atol=1e-6)
+    assert last.cuts == 0
+
+
+@pytest.mark.parametrize(("make", "part"), [(pushed, 0.099), (pushed_brick, 0.05), (gripped, 0.55), (sloping, 0.2)])
+def test_forms_find_the_same_motion(make, part):
+    ends = [
+        list(march(make(part), Schedule(1), Control(form, fallbacks=tuple(FORMS))))[-1].state.nodes for form in FORMS
+    ]
+    moved = float(np.abs(ends[0] - make(part).mesh.nodes).max())
+    for other in ends[1:]:
+        np.testing.assert_allclose(other, ends[0], rtol=0, atol=1e-6 * moved)
+
+
+@pytest.mark.parametrize("schedule", [Schedule(1), Schedule(2, first=0.001)], ids=["at once", "from little"])
+@pytest.mark.parametrize(("make", "part"), [(pushed, 0.101), (pushed, 0.2), (pushed_brick, 0.102), (gripped, 0.61)])
+def test_beyond_it_is_said_that_the_body_slides(make, part, schedule):
+    with pytest.raises(LimitPassed) as caught:
+        list(march(make(part), schedule, Control(cuts=2)))
+    assert "The load passes what friction holds" in str(caught.value)
+    assert caught.value.fraction == 0.0
