@@ -55,8 +55,8 @@ class Posed:
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
         """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
 
-        Where supports leave the body free the shift comes first: thresholds of smaller forces may hold it no longer, and
-        the program has no minimum then.
+        Where supports leave the body free the shift comes first: thresholds of smaller forces may hold it no longer, so
+        that the program would have no minimum.
 
         Candidates within a few lengths of a tool at the predicted end get rows, and the others once they touch; all get
         rows where body or tool may move by any distance.
