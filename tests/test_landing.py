@@ -52,6 +52,14 @@ def test_the_increment_is_cut_to_the_landing():
     assert not cut[0].state.forces.any()
 
 
+def test_every_pass_that_the_search_takes_is_counted():
+    seen = []
+    control = Control(Newton(), (Dissipation(),), locate=HOW)
+    steps = list(march(scene(GAP), Schedule(5), control, observe=seen.append))
+    assert sum(a.passes for a in steps) == len(seen)
+    assert next(a for a in steps if a.landed is not None).passes > 1
+
+
 def test_the_rest_of_the_increment_goes_on_closed_and_every_time_is_kept():
     taus = [a.state.tau for a in located()]
     np.testing.assert_allclose(np.delete(taus, 1), [0.2, 0.4, 0.6, 0.8, 1.0], rtol=1e-14)

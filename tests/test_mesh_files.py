@@ -128,6 +128,16 @@ def test_sets_of_corners_are_boundaries_of_straight_cells():
     }
 
 
+def test_a_set_with_a_node_inside_is_no_boundary():
+    corners = np.unique(NATIVE.elements[:, :4])
+    top = np.intersect1d(NATIVE.boundary_nodes("top"), corners)
+    inside = np.setdiff1d(corners, [node for name in NAMES for node in NATIVE.boundary_nodes(name)])[:1]
+    assert inside.size
+    sets = {"top": top, "top and more": np.concatenate([top, inside])}
+    given = meshio.Mesh(NATIVE.nodes, [("quad", NATIVE.elements[:, :4])], point_sets=sets)
+    assert list(Mesh.from_meshio(given).boundaries) == ["top"]
+
+
 def test_nine_nodes_clockwise_and_nodes_of_no_cell():
     """Cells numbered clockwise are turned, and a node of none is dropped, the ninth where others are asked for."""
     centre = NATIVE.nodes[NATIVE.elements[:, :4]].mean(axis=1)

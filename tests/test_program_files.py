@@ -18,6 +18,7 @@ from bipot.exchange import conic_program
 from bipot.forms import Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.marching import march
 from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Block, Term
 from bipot.scene.loads import Traction
 from bipot.schedule import Schedule
 from tests.scenes import posed, run, scene
@@ -139,6 +140,17 @@ def test_multipliers_outside_their_cone_are_measured():
     gap = answer.dual["gap"].copy()
     gap[0] = -1.0
     assert replace(answer, dual={**answer.dual, "gap": gap}).dual_violation() == 1.0
+
+
+def test_a_point_outside_a_second_order_cone_is_measured():
+    """The bounds of the plastic strains' lengths, an eighth below the lengths themselves."""
+    answer, _ = Clarabel().solve(posed(0.3).dissipation.conic(), TIGHT)
+    program = answer.program
+    cone = next(rows for rows in program.rows if rows.term is Term.YIELD)
+    length = np.linalg.norm(cone.at(answer.x).reshape(-1, cone.width)[:, 1:], axis=1)
+    x = answer.x.copy()
+    x[program.blocks[Block.PLASTIC_NORM]] = length * 7 / 8
+    assert replace(answer, x=x).primal_residual() == pytest.approx(length.max() / 8, rel=1e-9)
 
 
 def test_a_form_without_a_conic_program_is_refused():
