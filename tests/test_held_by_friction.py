@@ -85,7 +85,9 @@ def test_forms_find_the_same_motion(make, part):
 
 
 @pytest.mark.parametrize("schedule", [Schedule(1), Schedule(2, first=0.001)], ids=["at once", "from little"])
-@pytest.mark.parametrize(("make", "part"), [(pushed, 0.101), (pushed, 0.2), (pushed_brick, 0.102), (gripped, 0.61)])
+@pytest.mark.parametrize(
+    ("make", "part"), [(pushed, 0.101), (pushed, 0.2), (pushed_brick, 0.102), (gripped, 0.61), (sloping, 0.305)]
+)
 def test_beyond_it_is_said_that_the_body_slides(make, part, schedule):
     with pytest.raises(LimitPassed) as caught:
         list(march(make(part), schedule, Control(cuts=2)))

@@ -91,10 +91,20 @@ def test_failures_under_friction_are_explained_in_space(form, mu, travel, words)
         list(march(scene, Schedule(2), Control(form, (), cuts=1)))
 
 
+def unheld(**changes):
+    return Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, (), (punch(0.2, (0.0, 0.0, -0.05)),), **changes)
+
+
 def test_what_holds_nothing_is_named_along_three_axes():
-    scene = Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, (), (punch(0.2, (0.0, 0.0, -0.05)),))
     with pytest.raises(IncrementFailed, match=r"against moving along \(0, 0, -1\)"):
-        list(march(scene, Schedule(2), Control(Tangent(), (), cuts=1)))
+        list(march(unheld(loads=(BodyForce((0.0, 0.0, -1.0)),)), Schedule(2), Control(Tangent(), (), cuts=1)))
+
+
+@pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=lambda form: form.name.value)
+def test_what_a_punch_carries_without_a_force_is_somewhere_and_that_is_said(form):
+    for accepted in march(unheld(), Schedule(2), Control(form, ())):
+        assert "rigid motions" in accepted.solved.undetermined[0]
+        assert np.abs(accepted.tool_forces).max() < 1e-7
 
 
 def free_along_depth(loads=()):

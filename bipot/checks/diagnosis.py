@@ -86,7 +86,8 @@ def _unheld(increment: Increment) -> str | None:
     system, state = increment.system, increment.start
     forces = system.loading.forces(state.nodes, increment.tau)
     motion = free_motion(system, state, forces)
-    if motion is None or vdot(forces, motion) < 0:
+    # Without work loads may press what the motion opens, as on a slope.
+    if motion is None or (forces.any() and vdot(forces, motion) <= ROUND_OFF * float(np.linalg.norm(forces))):
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
