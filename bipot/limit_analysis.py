@@ -16,12 +16,12 @@ import scipy.sparse as sp
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import touches
-from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.errors import InfeasibleProgram, ProgramError, require, require_number, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units
-from bipot.programs.limit import LimitProgram, Mechanism, unit_rows
+from bipot.programs.limit import LimitProgram, Mechanism, sliding, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
@@ -79,8 +79,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touched = bool(_touching(increment)[system.candidates.tool == k].any())
         require(touched, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
-    program = _program(increment, _rows(increment).take(_touching(increment)))
-    found = program.mechanism(Clarabel(), ACCURATE)
+    rows = _rows(increment).take(_touching(increment))
+    found = _program(increment, _load(increment), rows).mechanism(Clarabel(), ACCURATE)
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -93,24 +93,34 @@ def collapse(increment: Increment) -> Mechanism | None:
 
     It is a proof; the motion v is a length over the load's gain. None where none is found, or with capped friction.
     """
-    body = increment.system.body
-    if increment.system.candidates.capped:
-        return None
-    flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
-    if not (flows and _load(increment).any()):
+    load = _load(increment)
+    if increment.system.candidates.capped or not load.any():
         return None
     rows = _rows(increment)
     # An open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
-    program, rigid = _program(increment, rows), _strainless(increment)
-    for find in (lambda: program.sliding(rigid, Clarabel(), ACCURATE), lambda: program.mechanism(Clarabel(), ACCURATE)):
+    for find in (_slid, _flown):
         try:
-            found = find()
+            found = find(increment, load, rows)
         except ProgramError:
             continue
         if found.holds:
-            return replace(found, v=found.v / _units(body.scene).force)
+            return found
     return None
+
+
+def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
+    """A mechanism without strain."""
+    return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
+
+
+def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
+    """A mechanism of plastic flow."""
+    scene = increment.system.body.scene
+    if not np.isfinite(scene.material.yield_stress(0.0)):
+        raise InfeasibleProgram("an elastic body does not flow")
+    found = _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
+    return replace(found, v=found.v / _units(scene).force)
 
 
 def _strainless(increment: Increment) -> Floats:
@@ -163,7 +173,7 @@ def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_
     return unit_rows(body.space.operator(einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes)))
 
 
-def _program(increment: Increment, rows: ContactRows) -> LimitProgram:
+def _program(increment: Increment, load: Floats, rows: ContactRows) -> LimitProgram:
     """The kinematic program, in these units."""
     body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
     response = body.respond(state, np.zeros(body.space.size))
@@ -172,4 +182,4 @@ def _program(increment: Increment, rows: ContactRows) -> LimitProgram:
     # The program of a form caps yield stresses out of its reach; here the load may reach them.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
     volumes = None if body.projection is None else _independent(body, response.kinematics, body.projection)
-    return LimitProgram(scaled, _load(increment) / units.force, rows, volumes)
+    return LimitProgram(scaled, load / units.force, rows, volumes)

@@ -1,5 +1,7 @@
 """Bodies that friction alone holds, under loads that begin together: statics by every form, up to Coulomb's limit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.hardening import Perfect
+from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.meshes.mesh import Mesh
@@ -93,3 +96,8 @@ def test_beyond_it_is_said_that_the_body_slides(make, part, schedule):
         list(march(make(part), schedule, Control(cuts=2)))
     assert "The load passes what friction holds" in str(caught.value)
     assert caught.value.fraction == 0.0
+
+
+def test_an_elastic_body_slides_as_well():
+    with pytest.raises(LimitPassed, match="contacts slide"):
+        list(march(replace(pushed(0.2), material=Elastic(METAL.elasticity)), Schedule(2), Control(cuts=2)))

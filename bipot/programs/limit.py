@@ -26,7 +26,7 @@ from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.dissipation import ROOT, PlasticModel
 from bipot.programs.terms import ContactTerms, norm_rows, widened
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 DENSE = 3000
 """Unknowns up to which a basis of the motions that preserve the volume is computed."""
@@ -73,15 +73,8 @@ class Mechanism:
             return Mechanism(v, np.inf, np.inf, np.inf)
         change = np.abs(model.volumetric @ v).max() * model.weight.sum() * model.threshold.max()
         flow = np.linalg.norm((model.deviatoric @ v).reshape(model.stress.shape), axis=1)
-        motion = _still(rows).motion(v)
-        slip = np.where(rows.tied, 1.0, rows.mu) * np.linalg.norm(motion[:, 1:], axis=1)
-        short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
-        return Mechanism(
-            v / gain,
-            float(change) / gain,
-            float(ROOT * (model.weight * model.threshold) @ flow) / gain,
-            float(short.max(initial=0.0)) * float(np.abs(force).sum()) / gain,
-        )
+        carried = float(ROOT * (model.weight * model.threshold) @ flow) / gain
+        return Mechanism(v / gain, float(change) / gain, carried, _overtaken(force, rows, v) / gain)
 
     @property
     def admissible(self) -> bool:
@@ -93,6 +86,44 @@ class Mechanism:
     def holds(self) -> bool:
         """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains."""
         return self.admissible and self.carried < 1
+
+
+def _overtaken(force: Floats, rows: ContactRows, v: Floats) -> float:
+    """The work of all of the load on the largest closure of a contact, or lack of dilatant opening."""
+    motion = _still(rows).motion(v)
+    slip = np.where(rows.tied, 1.0, rows.mu) * np.linalg.norm(motion[:, 1:], axis=1)
+    short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
+    return float(short.max(initial=0.0)) * float(np.abs(force).sum())
+
+
+def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+    """The mechanism without strain, a combination of ``rigid`` motions (n, m) by which contacts slide or open.
+
+    By duality there is one where no contact forces in their cones balance the load F (n,) on the body as a whole.
+
+    Raises:
+        InfeasibleProgram: there is none.
+        ProgramError: no answer.
+    """
+    if not (rigid.size and force.any()):
+        raise InfeasibleProgram(UNMOVED)
+    variables, free, size = Variables(), np.zeros(len(rows.frictional)), rigid.shape[1]
+    variables.add(Block.DISPLACEMENT, size)
+    G_n, G_t = (sp.csr_matrix(G @ rigid) for G in (rows.G_n, rows.G_t))
+    terms = ContactTerms(_still(replace(rows, G_n=G_n, G_t=G_t)), free, free)
+    program = ConicProgram(
+        P=sp.csc_matrix((size, size)),
+        q=np.zeros(size),
+        rows=(
+            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(force @ rigid / max_abs(force)), -np.ones(1)),
+            *terms.cone_rows(size, size),
+        ),
+        blocks=variables.blocks,
+    )
+    answer, _ = solver.solve(program, accuracy)
+    v = rigid @ answer.block(Block.DISPLACEMENT)
+    v /= float(force @ v)
+    return Mechanism(v, 0.0, 0.0, _overtaken(force, rows, v))
 
 
 def unit_rows(rows: sp.csr_matrix) -> sp.csr_matrix:
@@ -135,20 +166,6 @@ class LimitProgram:
             if found.admissible or (basis := isochoric(self._volumes)) is None:
                 return found
         return self.judged(basis @ self.within(basis).motion(solver, accuracy))
-
-    def sliding(self, rigid: Floats, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
-        """The mechanism without strain, a combination of the ``rigid`` motions (n, m) by which contacts slide or open.
-
-        By duality there is one where no contact forces in their cones balance the load on the body as a whole.
-
-        Raises:
-            ProgramError: there is none, or no answer.
-        """
-        if not rigid.size:
-            raise InfeasibleProgram(UNMOVED)
-        found = self.judged(rigid @ self.within(rigid).motion(solver, accuracy))
-        # Round-off makes strains, which are not small beside the gain of a small load.
-        return replace(found, volume=0.0, carried=0.0)
 
     def within(self, basis: Floats) -> LimitProgram:
         """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
