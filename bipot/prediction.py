@@ -79,15 +79,16 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     Where no tool, support or load moves or changes, the body stays, because the material is rate-independent. Where
     tools reverse, no motion leaves gaps that the forces at the start push open, so these do work; continuing the last
     motion opens the gaps further, with more work. Where the path turns the last motion says nothing of the next one.
+    What supports carry rests as seen by them.
     """
-    start, rows = increment.start, increment.rows
+    start, rows, rest = increment.start, increment.rows, _carried(increment)
     x = increment.system.body.space.gather(pace.predict(increment))
-    if increment.past.turns:
-        return np.zeros_like(x)
+    if increment.past.turns or not x.any():
+        return rest
     same = np.array_equal(rows.gap, start.gap) and not increment.loads.changes
     if same and not rows.slip.any() and not increment.driven.any():
-        return np.zeros_like(x)
-    carried, rest = start.forces[:, 0] * start.gap, np.zeros_like(x)
+        return rest
+    carried = start.forces[:, 0] * start.gap
     moved, resting = (start.forces * rows.motion(y) for y in (x, rest))
     going_on, staying = (float(part.sum() - carried.sum()) for part in (moved, resting))
     # Where tools rest, what they do over no motion is round-off of this, of either sign.

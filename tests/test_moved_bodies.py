@@ -6,6 +6,7 @@ import pytest
 from bipot import (
     Control,
     Elasticity,
+    FlatTool,
     Geometry,
     Linear,
     Newton,
@@ -174,3 +175,25 @@ def test_a_body_that_supports_carry_by_more_than_an_element_is_solved_as_at_rest
     assert carried.cuts == 0
     assert carried.unique
     np.testing.assert_allclose(carried.stress.matrix, still.stress.matrix, atol=3e-6 * 3.0)
+
+
+def upset_brick(way: tuple[float, float, float], aside: float, mu: float) -> Scene:
+    """A brick upset by a tenth, its lid going ``aside`` as well, while all goes by ``way`` with its supports."""
+    held = tuple(Prescribed(name, d, way[d]) for d, name in enumerate(("left", "front", "base")))
+    lid = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (way[0] + aside, way[1], way[2] - 0.1), ("top",), mu)
+    material = VonMises(Elasticity(70_000.0, 0.33), Linear(100.0, 500.0))
+    return Scene(brick(2.0, 2.0, 1.0, 3, 3, 2), Geometry.SOLID, material, held, tools=(lid,))
+
+
+@pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.1, 0.2, -0.3), (0.0, 0.0, 1.0)])
+@pytest.mark.parametrize(("aside", "mu"), [(0.0, 0.0), (0.0, np.inf), (0.05, 0.2)])
+def test_increments_by_accuracy_are_those_of_a_body_whose_supports_rest(way, aside, mu):
+    """Ten to forty times as many were taken where all was carried along by half of the body's length."""
+    still, carried = (
+        list(march(upset_brick(along, aside, mu), Schedule(accuracy=1e-3), Control(Newton())))
+        for along in ((0.0, 0.0, 0.0), way)
+    )
+    assert [a.passes for a in carried] == [a.passes for a in still]
+    np.testing.assert_allclose([a.state.tau for a in carried], [a.state.tau for a in still], rtol=1e-6)
+    force = np.array([a.tool_forces for a in still])
+    np.testing.assert_allclose([a.tool_forces for a in carried], force, rtol=0, atol=1e-6 * np.abs(force).max())
