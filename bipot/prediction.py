@@ -55,8 +55,8 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
     off = unbalanced(going)
     if off > max(FAR, bounds.equilibrium):
         with suppress(InvertedElement, NotConverged):
-            kept = np.zeros_like(increment.past.rates) if leaps else increment.past.rates * (increment.tau - start.tau)
-            other = increment.at(increment.system.body.space.gather(kept))
+            kept = increment.past.rates * (increment.tau - start.tau)
+            other = increment.at(_carried(increment) if leaps else increment.system.body.space.gather(kept))
             if unbalanced(other) < NEARER * off:
                 return other
     return going
