@@ -1,6 +1,7 @@
 """The blocks of the documentation's pages run as printed and print what the page says; the site is built from them."""
 
 import os
+import runpy
 import shutil
 import subprocess
 import sys
@@ -44,6 +45,12 @@ def test_a_page_that_is_none_is_refused_in_a_sentence_before_any_is_written(page
     monkeypatch.setattr(sys, "argv", ["tests.pages", str(PAGES[0]), page])
     with pytest.raises(SystemExit, match=rf"^tests\.pages: PAGE = '{page}': must be a Markdown file, e\.g\. docs/"):
         pages.main()
+
+
+def test_the_reference_has_modules_that_exist():
+    told = runpy.run_path(str(ROOT / "docs" / "_ext" / "reference.py"))
+    for page, text in told["modules"]().items():
+        assert "auto" in text, page
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ BEHIND = {
     "laws": (
         "Laws of contact and material",
         "bipot.laws",
-        "coulomb projections penalised von_mises material rate flow hardening",
+        "coulomb projections penalised von_mises material flow hardening",
     ),
     "increments": (
         "Increments and their certificate",
