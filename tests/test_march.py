@@ -192,3 +192,10 @@ def test_welded_is_stiffer_than_slipping_and_keeps_the_top_in_place():
     loose = upsetting(mu=0.1, reduction=0.1, elements=4)
     assert force(end) > force(last(loose, path(0.1, 4)))
     assert end.energies.friction == pytest.approx(0.0, abs=1e-9)
+
+
+def test_an_increment_is_shown_in_one_line():
+    first = next(march(upsetting(mu=0.1, reduction=0.1, elements=1), Schedule(4)))
+    shown = repr(first)
+    assert shown.startswith(f"Accepted(1: tau=0.25, tangent, {first.passes} passes, forces=[[")
+    assert len(shown) < 150

@@ -19,7 +19,7 @@ from bipot.traction import ContactTraction, traction
 from bipot.typing import Floats
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Accepted:
     """One accepted increment: its start, its result, how it was solved and what it cost.
 
@@ -48,6 +48,11 @@ class Accepted:
     seconds: float
     landed: int | None = None
     strayed: bool = False
+
+    def __repr__(self) -> str:
+        """In one line, without fields."""
+        forces = self.tool_forces.tolist()
+        return f"Accepted({self.number}: tau={self.state.tau:.6g}, {self.form.value}, {self.passes} passes, {forces=})"
 
     @property
     def number(self) -> int:
