@@ -23,6 +23,8 @@ from bipot import (
     VonMises,
     march,
 )
+from bipot.certificate import Bounds
+from bipot.increment import Limits
 from bipot.meshes.solids import brick
 from bipot.response import State
 from studies.fuzz.judge import Ran, run
@@ -112,7 +114,8 @@ def test_friction_of_nodes_that_supports_and_a_plane_hold_is_that_of_the_whole_b
     mesh, material = brick(1.0, 1.0, 1.0, 1, 1, 2), VonMises(Elasticity(1e3, 0.3), Perfect(1e3))
     half = Scene(mesh, Geometry.SOLID, material, supports, (lid, rest))
     whole = unfolded(half, supports[1])
-    ran = [Ran(one, list(march(one, Schedule(1), Control(Newton()))), "") for one in (half, whole.scene)]
+    control = Control(Newton(), limits=Limits(Bounds(equilibrium=1e-13, law=1e-13)))
+    ran = [Ran(one, list(march(one, Schedule(1), control)), "") for one in (half, whole.scene)]
     assert disagreement(*ran, whole, 0.0) < 1e-12
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from bipot import (
     Components,
+    Control,
     Elastic,
     Elasticity,
     Geometry,
@@ -17,6 +18,8 @@ from bipot import (
     march,
     upsetting,
 )
+from bipot.certificate import Bounds
+from bipot.increment import Limits
 from bipot.meshes.elements import Element
 
 YOUNG, POISSON = 1000.0, 0.25
@@ -37,7 +40,7 @@ def pulled():
         material=Elastic(Elasticity(YOUNG, POISSON)),
         supports=(Support("left", 0), Support("base", 1), Prescribed("top", 1, 1e-6)),
     )
-    *_, last = march(scene, Schedule(1))
+    *_, last = march(scene, Schedule(1), Control(limits=Limits(Bounds(equilibrium=1e-11))))
     return last
 
 
