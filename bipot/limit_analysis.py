@@ -12,7 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import null_space
 
+from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import touches
@@ -20,7 +22,7 @@ from bipot.errors import InfeasibleProgram, ProgramError, require, require_numbe
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
-from bipot.programs.data import ContactRows, Units
+from bipot.programs.data import ContactRows, Units, rows_of
 from bipot.programs.limit import LimitProgram, Mechanism, sliding, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
@@ -99,7 +101,7 @@ def collapse(increment: Increment) -> Mechanism | None:
     rows = _rows(increment)
     # An open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
-    for find in (_slid, _flown):
+    for find in (_lifted, _slid, _flown):
         try:
             found = find(increment, load, rows)
         except ProgramError:
@@ -107,6 +109,17 @@ def collapse(increment: Increment) -> Mechanism | None:
         if found.holds:
             return found
     return None
+
+
+def _lifted(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
+    """A mechanism without strain by which no contact slips, as where the body tips over an edge."""
+    near = _touching(increment)
+    if (near & ~rows.rubs).any():
+        raise InfeasibleProgram("smooth contacts may slip in any mechanism")
+    motions = _strainless(increment)
+    slips = rows_of(rows.G_t, np.repeat(near[rows.frictional], rows.tangents)) @ motions
+    still = null_space(cleaned(slips, motions), rcond=ROUND_OFF)
+    return replace(sliding(load, rows, motions @ still, Clarabel(), ACCURATE), rubs=False)
 
 
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:

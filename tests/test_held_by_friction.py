@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.checks.diagnosis import diagnosis
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
+from bipot.iterate import Increment
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -18,6 +20,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.loads import BodyForce, Traction
 from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
+from bipot.system import system_of
 from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 
@@ -99,5 +102,42 @@ def test_beyond_it_is_said_that_the_body_slides(make, part, schedule):
 
 
 def test_an_elastic_body_slides_as_well():
-    with pytest.raises(LimitPassed, match="contacts slide"):
+    with pytest.raises(LimitPassed, match="contacts slide or open"):
         list(march(replace(pushed(0.2), material=Elastic(METAL.elasticity)), Schedule(2), Control(cuts=2)))
+
+
+@pytest.mark.parametrize("turned", np.linspace(-3.0, 3.0, 13))
+def test_what_friction_holds_is_not_said_to_be_free(turned):
+    """A motion that opens a contact by less than mu times its slip is no cause, though loads push it."""
+    c, s = np.cos(turned), np.sin(turned)
+    mesh, turn = block(20.0, 10.0, 4, 2), np.array([[c, s], [-s, c]])
+    up, along = (float(-s), float(c)), (float(c), float(s))
+    floor = FlatTool((0.0, 0.0), up, (0.0, 0.0), ("base",), 1.0)
+    wall = FlatTool((0.0, 0.0), along, (0.0, 0.0), ("left",), 1.0)
+    body = Mesh(mesh.nodes @ turn, mesh.elements, mesh.boundaries)
+    weight = (np.array([0.5, -1.0]) @ turn).tolist()
+    for tools in ((floor,), (floor, wall)):
+        loads = (BodyForce((weight[0], weight[1])),)
+        system = system_of(Scene(body, Geometry.PLANE_STRAIN, METAL, (), tools=tools, loads=loads))
+        assert diagnosis(Increment(system, system.rest(), 1.0)) is None
+
+
+def on_edge(mu: float) -> Scene:
+    """A slender block whose weight of 1 is pushed along at its top by 0.3: friction holds, and it tips over."""
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), mu)
+    loads = (BodyForce((0.0, -1.0 / 40.0)), Traction("top", (0.3 / 2.0, 0.0)))
+    return Scene(block(2.0, 20.0, 2, 8), Geometry.PLANE_STRAIN, METAL, (), tools=(floor,), loads=loads)
+
+
+def pushed_back() -> Scene:
+    """Jaws that a force of 20 closes, against a load of 30 on the jaw that it drives."""
+    return replace(gripped(0.1), loads=(BodyForce((-30.0 / 200.0, 0.0)),))
+
+
+@pytest.mark.parametrize("made", [on_edge(0.5), on_edge(5.0), pushed_back()], ids=["tips", "rough", "pushed back"])
+def test_more_friction_is_not_advised_where_none_would_hold(made):
+    with pytest.raises(LimitPassed) as caught:
+        list(march(made, Schedule(1), Control(cuts=1)))
+    assert "by any friction: without strain the body lifts off, tips over" in str(caught.value)
+    assert "more friction" not in str(caught.value)
+    assert caught.value.fraction == 0.0
