@@ -13,6 +13,7 @@ from bipot.iterate import Increment
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.limit_analysis import collapse
 from bipot.marching import Control, march
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
@@ -141,3 +142,12 @@ def test_more_friction_is_not_advised_where_none_would_hold(made):
     assert "by any friction: without strain the body lifts off, tips over" in str(caught.value)
     assert "more friction" not in str(caught.value)
     assert caught.value.fraction == 0.0
+
+
+@pytest.mark.parametrize(("part", "slides"), [(0.05, False), (0.2, True)])
+def test_of_a_body_that_is_still_to_land_only_what_holds_there_is_claimed(part, slides):
+    """Above its floor of mu = 0.1 nothing holds it yet, which says nothing of what friction will hold on it."""
+    above = pushed(part)
+    above = replace(above, tools=(replace(above.tools[0], point=(0.0, -1e-4)),))
+    system = system_of(above)
+    assert (collapse(Increment(system, system.rest(), 1.0)) is not None) == slides
