@@ -117,7 +117,8 @@ def test_what_friction_holds_is_not_said_to_be_free(turned):
     wall = FlatTool((0.0, 0.0), along, (0.0, 0.0), ("left",), 1.0)
     body = Mesh(mesh.nodes @ turn, mesh.elements, mesh.boundaries)
     weight = (np.array([0.5, -1.0]) @ turn).tolist()
-    for tools in ((floor,), (floor, wall)):
+    below = replace(floor, point=(0.01 * up[0] * -1.0, 0.01 * up[1] * -1.0))
+    for tools in ((floor,), (floor, wall), (below,)):
         loads = (BodyForce((weight[0], weight[1])),)
         system = system_of(Scene(body, Geometry.PLANE_STRAIN, METAL, (), tools=tools, loads=loads))
         assert diagnosis(Increment(system, system.rest(), 1.0)) is None

@@ -15,7 +15,6 @@ from scipy.linalg import null_space
 
 from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.checks.opening import openable
-from bipot.contact.closeness import touches
 from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
@@ -73,13 +72,12 @@ def _of_length_one(system: System, v: Floats) -> Floats | None:
 
 
 def rubs(increment: Increment, v: Floats) -> bool:
-    """Whether a contact that touches opens so little by the motion v (n,) that friction could hold it all the same.
+    """Whether a contact opens so little by the motion v (n,) that friction could hold it all the same.
 
     Forces in Coulomb's cone work against what opens by less than mu times its slip.
     """
-    start = increment.start
-    rows = replace(increment, tau=start.tau).rows
+    rows = replace(increment, tau=increment.start.tau).rows
     opens, slips = rows.G_n @ v, np.zeros(rows.count)
     slips[rows.frictional] = norm((rows.G_t @ v).reshape(rows.slip.shape))
-    held = touches(start.gap, increment.system.body.scene.size) & ~rows.tied & (slips > ROUND_OFF)
+    held = ~rows.tied & (slips > ROUND_OFF)
     return bool((opens[held] < rows.rubbing[held] * slips[held]).any())
