@@ -81,6 +81,21 @@ def test_what_friction_can_hold_is_held(make, part, forces, form, schedule):
     assert last.cuts == 0
 
 
+@pytest.mark.parametrize("form", [None, Tangent(), Dissipation()], ids=["default", "tangent", "dissipation"])
+@pytest.mark.parametrize(("part", "shear"), [(0.02, 0.5), (0.09, 0.5), (0.05, 0.001)])
+def test_capped_friction_holds_as_well(part, shear, form):
+    """The last cap, 0.001 k = 0.058 of a pressure of 1, is less than mu = 0.1 of it, and enough."""
+    made = pushed(part)
+    made = replace(made, tools=(replace(made.tools[0], shear=shear),))
+    control = Control() if form is None else Control(form, ())
+    (only,) = march(made, Schedule(1), control)
+    np.testing.assert_allclose(only.tool_forces, [[-20.0 * part, 20.0]], rtol=0, atol=1e-6)
+    assert only.cuts == 0
+    if shear == 0.001:
+        cap, areas = shear * 100.0 / np.sqrt(3.0), 20.0 / 8
+        assert (np.abs(only.solved.r[:, 1]) <= cap * areas * (1 + 1e-3)).all()
+
+
 @pytest.mark.parametrize(("make", "part"), [(pushed, 0.099), (pushed_brick, 0.05), (gripped, 0.55), (sloping, 0.2)])
 def test_forms_find_the_same_motion(make, part):
     ends = [
