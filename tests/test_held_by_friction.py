@@ -8,7 +8,7 @@ import pytest
 from bipot.checks.diagnosis import diagnosis
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
-from bipot.forms import Dissipation, Newton, Tangent
+from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.iterate import Increment
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
@@ -18,7 +18,8 @@ from bipot.marching import Control, march
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
-from bipot.scene.loads import BodyForce, Traction
+from bipot.programs.fixed_point import Frozen
+from bipot.scene.loads import BodyForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
 from bipot.system import system_of
@@ -167,3 +168,14 @@ def test_of_a_body_that_is_still_to_land_only_what_holds_there_is_claimed(part, 
     above = replace(above, tools=(replace(above.tools[0], point=(0.0, -1e-4)),))
     system = system_of(above)
     assert (collapse(Increment(system, system.rest(), 1.0)) is not None) == slides
+
+
+@pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
+def test_the_shift_comes_first_only_where_loads_push_the_body(form):
+    """Squeezed by pressures in balance it needs no contact, and cones would leave noise of their forces."""
+    squeezed = replace(pushed(0.05), loads=(Pressure("left", 8.0), Pressure("right", 8.0)))
+    for made, first in ((squeezed, Frozen.THRESHOLD), (pushed(0.05), Frozen.SHIFT)):
+        system = system_of(made)
+        iterate = Increment(system, system.rest(), 1.0).at(np.zeros(system.body.space.size))
+        posed = form.init(iterate, system.rest().forces, Cache())
+        assert posed.coupling.frozen is first

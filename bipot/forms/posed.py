@@ -29,7 +29,10 @@ from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Coupling, Frozen, Safeguard, image
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, max_abs
+
+UNPUSHED = 1e-9
+"""Work of loads on rigid motions of length one, over the loads, that is round-off."""
 
 SOFT = 1e-5
 """The stiffness of the spring over that of the tool's elastic support."""
@@ -55,8 +58,9 @@ class Posed:
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
         """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
 
-        Where supports leave the body free the shift comes first: thresholds of smaller forces may hold it no longer, so
-        that the program would have no minimum. Where friction is capped, the threshold takes over after one pass.
+        Where loads push a motion that supports leave free the shift comes first: thresholds of smaller forces may hold
+        it no longer, so that the program would have no minimum. Where friction is capped, the threshold takes over
+        after one pass.
 
         Candidates within a few lengths of a tool at the predicted end get rows, and the others once they touch; all get
         rows where body or tool may move by any distance.
@@ -67,11 +71,12 @@ class Posed:
             # What supports do not hold may go as far as the next tool.
             near = np.ones_like(near)
         capped, shifts, rule = system.candidates.capped, rule is not None, rule or Safeguard()
-        if system.rigid.size:
+        pushed = _pushed(iterate)
+        if pushed:
             rule = replace(rule, first=Frozen.SHIFT)
         if capped:
             # The shift is that of a cone: of what is capped it can only begin, where Coulomb's law acts everywhere.
-            shifts &= bool(system.rigid.size) and bool(np.isfinite(rows.mu[rows.rubs]).all())
+            shifts &= pushed and bool(np.isfinite(rows.mu[rows.rubs]).all())
         coupling = Coupling.start(image(rows, r, iterate.x), rule, shifts)
         return Posed(cache, units, near, rows.take(near), coupling)
 
@@ -110,6 +115,18 @@ class Posed:
             coupling = replace(Coupling.start(frozen, coupling.rule, second=False), report=coupling.report)
         rose = distance is not None and self.distance is not None and distance >= self.distance
         return replace(self, coupling=coupling, distance=distance, rose=rose)
+
+
+def _pushed(iterate: Iterate) -> bool:
+    """Whether loads, or forces on tools, work on a rigid motion that supports leave free.
+
+    Where none does no program lacks a minimum, and contacts may carry nothing.
+    """
+    system = iterate.increment.system
+    if not system.rigid.size:
+        return False
+    work = system.rigid_at(iterate.increment.start.nodes).T @ iterate.load
+    return iterate.translated.size > 0 or max_abs(work) > UNPUSHED * float(np.linalg.norm(iterate.load))
 
 
 @dataclass(frozen=True)
