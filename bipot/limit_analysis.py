@@ -3,16 +3,20 @@
 The program, and why its answer is a proof, are in :mod:`bipot.programs.limit`. Hardening material is taken as fully
 hardened. Friction follows the dilatant law, whose limit load is not below that of a body with Coulomb friction.
 Contacts are those that touch in the given shape. Open candidates do not hold the body, but a proof may not close them,
-because they would then hold it.
+because they would then hold it. Of a march's failure (:func:`collapse`) those of a tool that touches nothing yet count
+as contacts, since the body may land there.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import null_space
 
+from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import touches
@@ -20,7 +24,7 @@ from bipot.errors import InfeasibleProgram, ProgramError, require, require_numbe
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
-from bipot.programs.data import ContactRows, Units
+from bipot.programs.data import ContactRows, Units, rows_of
 from bipot.programs.limit import LimitProgram, Mechanism, sliding, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
@@ -96,10 +100,11 @@ def collapse(increment: Increment) -> Mechanism | None:
     load = _load(increment)
     if increment.system.candidates.capped or not load.any():
         return None
+    holding = _holding(increment)
     rows = _rows(increment)
-    # An open candidate may not close, however it slips.
-    rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
-    for find in (_slid, _flown):
+    # Any other open candidate may not close, however it slips.
+    rows = replace(rows, mu=np.where(holding, rows.mu, 0.0))
+    for find in (partial(_lifted, holding), _slid, _flown):
         try:
             found = find(increment, load, rows)
         except ProgramError:
@@ -107,6 +112,16 @@ def collapse(increment: Increment) -> Mechanism | None:
         if found.holds:
             return found
     return None
+
+
+def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
+    """A mechanism without strain by which no contact slips, as where the body tips over an edge."""
+    if (holding & ~rows.rubs).any():
+        raise InfeasibleProgram("smooth contacts may slip in any mechanism")
+    motions = _strainless(increment)
+    slips = rows_of(rows.G_t, np.repeat(holding[rows.frictional], rows.tangents)) @ motions
+    still = null_space(cleaned(slips, motions), rcond=ROUND_OFF)
+    return replace(sliding(load, rows, motions @ still, Clarabel(), ACCURATE), rubs=False)
 
 
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
@@ -160,6 +175,12 @@ def _touching(increment: Increment) -> Bools:
         here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.tools.path))
         near &= ~system.candidates.faces.beyond(here)
     return near
+
+
+def _holding(increment: Increment) -> Bools:
+    """Candidates (c,) that touch, and those of tools that touch nothing yet: the body may come to be held by these."""
+    tool, near = increment.system.candidates.tool, _touching(increment)
+    return near | ~np.isin(tool, tool[near])
 
 
 def _rows(increment: Increment) -> ContactRows:

@@ -140,6 +140,14 @@ def test_dissipation_is_that_of_the_energies_and_its_sign_is_told():
     assert said.startswith("plastic dissipation is neg")
 
 
+def test_what_a_weld_leaves_of_zero_is_no_friction():
+    """Its slip is round-off of the motion, and its force may be any."""
+    (a,) = marched(with_punch(SCENE, mu=np.inf), Schedule(1))
+    at = a.solved.iterate
+    blurred = replace(a.solved, iterate=at.increment.at(at.x * (1 + 1e-6)))
+    assert Dissipated.of(a.start, blurred).friction == 0.0
+
+
 def test_a_march_whose_dissipation_is_negative_ends_in_words(monkeypatch):
     monkeypatch.setattr(Dissipated, "of", staticmethod(lambda *_: Dissipated(-1.0, 0.0, 1.0)))
     with pytest.raises(IncrementFailed, match="plastic dissipation is negative"):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from bipot.checks import refusals
-from bipot.checks.diagnosis import cornered, free_motion
+from bipot.checks.diagnosis import cornered
+from bipot.checks.free import free_motion
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
@@ -152,6 +153,8 @@ def test_contact_penalty_of_weighted_points_beside_nodes(at_rest):
             (1, 0),
         ),
         ({"supports": (Support("left", 0),), "tools": (tool(mu=0.0), UNDER)}, None),
+        # A weld neither opens nor slips.
+        ({"supports": (), "tools": (replace(UNDER, mu=INF),)}, None),
     ],
 )
 def test_free_motion(changes, motion):

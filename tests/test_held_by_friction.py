@@ -5,19 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.checks.diagnosis import diagnosis
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
-from bipot.forms import Dissipation, Newton, Tangent
+from bipot.forms import Cache, Dissipation, Newton, Tangent
+from bipot.iterate import Increment
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.limit_analysis import collapse
 from bipot.marching import Control, march
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
-from bipot.scene.loads import BodyForce, Traction
+from bipot.programs.fixed_point import Frozen
+from bipot.scene.loads import BodyForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
+from bipot.system import system_of
 from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 
@@ -77,6 +82,21 @@ def test_what_friction_can_hold_is_held(make, part, forces, form, schedule):
     assert last.cuts == 0
 
 
+@pytest.mark.parametrize("form", [None, Tangent(), Dissipation()], ids=["default", "tangent", "dissipation"])
+@pytest.mark.parametrize(("part", "shear"), [(0.02, 0.5), (0.09, 0.5), (0.05, 0.001)])
+def test_capped_friction_holds_as_well(part, shear, form):
+    """The last cap, 0.001 k = 0.058 of a pressure of 1, is less than mu = 0.1 of it, and enough."""
+    made = pushed(part)
+    made = replace(made, tools=(replace(made.tools[0], shear=shear),))
+    control = Control() if form is None else Control(form, ())
+    (only,) = march(made, Schedule(1), control)
+    np.testing.assert_allclose(only.tool_forces, [[-20.0 * part, 20.0]], rtol=0, atol=1e-6)
+    assert only.cuts == 0
+    if shear == 0.001:
+        cap, areas = shear * 100.0 / np.sqrt(3.0), 20.0 / 8
+        assert (np.abs(only.solved.r[:, 1]) <= cap * areas * (1 + 1e-3)).all()
+
+
 @pytest.mark.parametrize(("make", "part"), [(pushed, 0.099), (pushed_brick, 0.05), (gripped, 0.55), (sloping, 0.2)])
 def test_forms_find_the_same_motion(make, part):
     ends = [
@@ -99,5 +119,63 @@ def test_beyond_it_is_said_that_the_body_slides(make, part, schedule):
 
 
 def test_an_elastic_body_slides_as_well():
-    with pytest.raises(LimitPassed, match="contacts slide"):
+    with pytest.raises(LimitPassed, match="contacts slide or open"):
         list(march(replace(pushed(0.2), material=Elastic(METAL.elasticity)), Schedule(2), Control(cuts=2)))
+
+
+@pytest.mark.parametrize("turned", np.linspace(-3.0, 3.0, 13))
+def test_what_friction_holds_is_not_said_to_be_free(turned):
+    """A motion that opens a contact by less than mu times its slip is no cause, though loads push it."""
+    c, s = np.cos(turned), np.sin(turned)
+    mesh, turn = block(20.0, 10.0, 4, 2), np.array([[c, s], [-s, c]])
+    up, along = (float(-s), float(c)), (float(c), float(s))
+    floor = FlatTool((0.0, 0.0), up, (0.0, 0.0), ("base",), 1.0)
+    wall = FlatTool((0.0, 0.0), along, (0.0, 0.0), ("left",), 1.0)
+    body = Mesh(mesh.nodes @ turn, mesh.elements, mesh.boundaries)
+    weight = (np.array([0.5, -1.0]) @ turn).tolist()
+    below = replace(floor, point=(0.01 * up[0] * -1.0, 0.01 * up[1] * -1.0))
+    for tools in ((floor,), (floor, wall), (below,)):
+        loads = (BodyForce((weight[0], weight[1])),)
+        system = system_of(Scene(body, Geometry.PLANE_STRAIN, METAL, (), tools=tools, loads=loads))
+        assert diagnosis(Increment(system, system.rest(), 1.0)) is None
+
+
+def on_edge(mu: float) -> Scene:
+    """A slender block whose weight of 1 is pushed along at its top by 0.3: friction holds, and it tips over."""
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), mu)
+    loads = (BodyForce((0.0, -1.0 / 40.0)), Traction("top", (0.3 / 2.0, 0.0)))
+    return Scene(block(2.0, 20.0, 2, 8), Geometry.PLANE_STRAIN, METAL, (), tools=(floor,), loads=loads)
+
+
+def pushed_back() -> Scene:
+    """Jaws that a force of 20 closes, against a load of 30 on the jaw that it drives."""
+    return replace(gripped(0.1), loads=(BodyForce((-30.0 / 200.0, 0.0)),))
+
+
+@pytest.mark.parametrize("made", [on_edge(0.5), on_edge(5.0), pushed_back()], ids=["tips", "rough", "pushed back"])
+def test_more_friction_is_not_advised_where_none_would_hold(made):
+    with pytest.raises(LimitPassed) as caught:
+        list(march(made, Schedule(1), Control(cuts=1)))
+    assert "by any friction: without strain the body lifts off, tips over" in str(caught.value)
+    assert "more friction" not in str(caught.value)
+    assert caught.value.fraction == 0.0
+
+
+@pytest.mark.parametrize(("part", "slides"), [(0.05, False), (0.2, True)])
+def test_of_a_body_that_is_still_to_land_only_what_holds_there_is_claimed(part, slides):
+    """Above its floor of mu = 0.1 nothing holds it yet, which says nothing of what friction will hold on it."""
+    above = pushed(part)
+    above = replace(above, tools=(replace(above.tools[0], point=(0.0, -1e-4)),))
+    system = system_of(above)
+    assert (collapse(Increment(system, system.rest(), 1.0)) is not None) == slides
+
+
+@pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
+def test_the_shift_comes_first_only_where_loads_push_the_body(form):
+    """Squeezed by pressures in balance it needs no contact, and cones would leave noise of their forces."""
+    squeezed = replace(pushed(0.05), loads=(Pressure("left", 8.0), Pressure("right", 8.0)))
+    for made, first in ((squeezed, Frozen.THRESHOLD), (pushed(0.05), Frozen.SHIFT)):
+        system = system_of(made)
+        iterate = Increment(system, system.rest(), 1.0).at(np.zeros(system.body.space.size))
+        posed = form.init(iterate, system.rest().forces, Cache())
+        assert posed.coupling.frozen is first

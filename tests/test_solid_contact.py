@@ -34,7 +34,7 @@ from bipot import (
     march,
     plot,
 )
-from bipot.checks.diagnosis import free_motion
+from bipot.checks.free import free_motion
 from bipot.contact import candidates
 from bipot.forms import Delassus, Penalty, Uzawa
 from bipot.results import Recorder

@@ -1,9 +1,6 @@
 r"""Why an increment could not be solved, where the scene is the cause: a body inside a tool, or held by nothing.
 
-A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
-candidate (none closes), and no friction where it keeps a contact closed. Candidates count at any distance, since they
-may land. These v form a cone in at most three dimensions, six in space; a linear program says which contacts a motion
-in it can open. At a sharp corner of a tool the law has no one normal: the body may have no equilibrium there.
+At a sharp corner of a tool the law has no one normal: the body may have no equilibrium there.
 """
 
 from __future__ import annotations
@@ -11,17 +8,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import null_space
 
 from bipot.certificate import Bounds
-from bipot.checks.determinacy import ROUND_OFF, cleaned
+from bipot.checks.determinacy import ROUND_OFF
+from bipot.checks.free import free, rubs
 from bipot.checks.jammed import jammed
-from bipot.checks.opening import openable
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment, Iterate
-from bipot.response import State
-from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.poses import crossed, pose_size
 from bipot.tools.tool import Tool
@@ -82,12 +76,15 @@ def _inside(increment: Increment) -> str | None:
 
 
 def _unheld(increment: Increment) -> str | None:
-    """A body that is free to move, unless its loads press it back."""
+    """A body that is free to move, unless its loads press it back, or friction holds what they push."""
     system, state = increment.system, increment.start
     forces = system.loading.forces(state.nodes, increment.tau)
-    motion = free_motion(system, state, forces)
+    v = free(system, state, forces)
+    if v is None:
+        return None
+    motion = system.body.space.spread(v)
     # Without work loads may press what the motion opens, as on a slope.
-    if motion is None or (forces.any() and vdot(forces, motion) <= ROUND_OFF * float(np.linalg.norm(forces))):
+    if forces.any() and (vdot(forces, motion) <= ROUND_OFF * float(np.linalg.norm(forces)) or rubs(increment, v)):
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
@@ -182,43 +179,6 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
             about[k] = tool.turn.about
     swirl = crossed(about[contacts.tool[contacts.parts.owner]], arm)
     return contacts.parts.motion(np.vecdot(here.frames, swirl[:, None]))
-
-
-def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
-    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
-
-    One that leaves all contacts as they are, and nodal ``forces`` (a, d) push, comes first.
-    """
-    space = system.body.space
-    rigid = system.rigid_at(state.nodes)
-    rows = Increment(system, state, state.tau).rows
-    normal, rubs = cleaned(rows.G_n @ rigid, rigid), np.isin(np.arange(rows.count), rows.frictional)
-    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
-    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
-    # These leave all contacts as they are, so that either way is as free.
-    still = rigid @ null_space(np.vstack([normal, *tangent[rubs]]), rcond=ROUND_OFF)
-    pushed = np.array([vdot(forces, space.spread(way)) for way in still.T])
-    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
-        motion = space.spread(still @ pushed)
-        return motion / float(norm(motion).max())
-    basis = np.eye(rigid.shape[1])
-    while True:
-        if (found := openable(normal @ basis)) is None:
-            return None
-        opened, v = found
-        closed = rubs & ~opened
-        if not closed.any():
-            break
-        slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
-        basis, rubs = basis @ null_space(slips, rcond=ROUND_OFF), rubs & opened
-    if not opened.any():
-        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
-    motion = space.spread(rigid @ basis @ v)
-    if not opened.any() and motion.flat[np.abs(motion).argmax()] < 0:
-        # Either way is as free.
-        motion = -motion
-    largest = float(norm(motion).max())
-    return motion / largest if largest > 0 else None
 
 
 def cornered(increment: Increment) -> str | None:

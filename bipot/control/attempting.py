@@ -91,7 +91,8 @@ class Dissipated(NamedTuple):
         response, body = solved.response, solved.iterate.increment.system.body
         stress, kin = response.returned.stress, response.kinematics
         carried = response.kinematics.turned(response.state.plastic_strain - start.plastic_strain)
-        slip = solved.iterate.motion[:, 1:]
+        # What is left of zero where a weld holds rubs on nothing.
+        slip = np.where(solved.iterate.rows.tied[:, None], 0.0, solved.iterate.motion[:, 1:])
         compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
         taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
         length = solved.iterate.increment.units.length

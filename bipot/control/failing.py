@@ -76,9 +76,14 @@ def _limit_passed(increment: Increment, failed: str, ahead: float) -> LimitPasse
 
 def _told(given_way: Mechanism, whose: str) -> str:
     """What the mechanism proves of the load, and what to change."""
+    if given_way.carried == 0 and not given_way.rubs:
+        return (
+            "The load passes what contacts hold by any friction: without strain the body lifts off, tips over an edge, "
+            "or pushes back what a force drives. Hold it by a support, press it harder, or load it elsewhere."
+        )
     if given_way.carried == 0:
         return (
-            "The load passes what friction holds: contacts slide, and the body moves without strain. "
+            "The load passes what friction holds: contacts slide or open, and the body moves without strain. "
             "Hold it by a support, press it harder, or give the contacts more friction."
         )
     carried = f"in its present shape the body carries {given_way.carried:.6g} of {whose}"

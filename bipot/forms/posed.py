@@ -29,7 +29,10 @@ from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Coupling, Frozen, Safeguard, image
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, max_abs
+
+UNPUSHED = 1e-9
+"""Work of loads on rigid motions of length one, over the loads, that is round-off."""
 
 SOFT = 1e-5
 """The stiffness of the spring over that of the tool's elastic support."""
@@ -55,8 +58,9 @@ class Posed:
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
         """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
 
-        Where supports leave the body free the shift comes first: thresholds of smaller forces may hold it no longer, so
-        that the program would have no minimum.
+        Where loads push a motion that supports leave free the shift comes first: thresholds of smaller forces may hold
+        it no longer, so that the program would have no minimum. Where friction is capped, the threshold takes over
+        after one pass.
 
         Candidates within a few lengths of a tool at the predicted end get rows, and the others once they touch; all get
         rows where body or tool may move by any distance.
@@ -66,11 +70,14 @@ class Posed:
         if system.rigid.size or iterate.translated.size:
             # What supports do not hold may go as far as the next tool.
             near = np.ones_like(near)
-        # De Saxce's shift is that of a cone: what is capped has the threshold alone.
-        second, rule = rule is not None and not system.candidates.capped, rule or Safeguard()
-        if system.rigid.size:
+        capped, shifts, rule = system.candidates.capped, rule is not None, rule or Safeguard()
+        pushed = _pushed(iterate)
+        if pushed:
             rule = replace(rule, first=Frozen.SHIFT)
-        coupling = Coupling.start(image(rows, r, iterate.x), rule, second)
+        if capped:
+            # The shift is that of a cone: of what is capped it can only begin, where Coulomb's law acts everywhere.
+            shifts &= pushed and bool(np.isfinite(rows.mu[rows.rubs]).all())
+        coupling = Coupling.start(image(rows, r, iterate.x), rule, shifts)
         return Posed(cache, units, near, rows.take(near), coupling)
 
     def at(self, iterate: Iterate) -> Posed:
@@ -102,9 +109,24 @@ class Posed:
 
     def after(self, iterate: Iterate, r: Floats, exact: bool, distance: float | None = None) -> Posed:
         """After a pass that led to ``iterate`` and forces r (c, d) of all; ``exact`` if in the end it froze nothing."""
-        coupling = self.coupling.update(image(iterate.rows, r, iterate.x), exact)
+        frozen = image(iterate.rows, r, iterate.x)
+        coupling = self.coupling.update(frozen, exact)
+        if coupling.shift is not None and iterate.increment.system.candidates.capped:
+            coupling = replace(Coupling.start(frozen, coupling.rule, second=False), report=coupling.report)
         rose = distance is not None and self.distance is not None and distance >= self.distance
         return replace(self, coupling=coupling, distance=distance, rose=rose)
+
+
+def _pushed(iterate: Iterate) -> bool:
+    """Whether loads, or forces on tools, work on a rigid motion that supports leave free.
+
+    Where none does no program lacks a minimum, and contacts may carry nothing.
+    """
+    system = iterate.increment.system
+    if not system.rigid.size:
+        return False
+    work = system.rigid_at(iterate.increment.start.nodes).T @ iterate.load
+    return iterate.translated.size > 0 or max_abs(work) > UNPUSHED * float(np.linalg.norm(iterate.load))
 
 
 @dataclass(frozen=True)

@@ -58,12 +58,14 @@ class Mechanism:
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` the plastic dissipation, and
     ``overtaken`` the work of all loads together on the largest closure of a contact, or lack of dilatant opening.
+    Where ``rubs`` is false no contact slips: no friction would hold the load.
     """
 
     v: Floats
     volume: float
     carried: float
     overtaken: float
+    rubs: bool = True
 
     @staticmethod
     def of(model: PlasticModel, force: Floats, rows: ContactRows, v: Floats) -> Mechanism:

@@ -1,0 +1,83 @@
+"""Rigid motions of a body that nothing could prevent.
+
+A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
+candidate (none closes), and no friction where it keeps a contact closed; a weld keeps its nodes. Candidates count at
+any distance, since they may land. These v form a cone in at most three dimensions, six in space; a linear program says
+which contacts a motion in it can open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import null_space
+
+from bipot.checks.determinacy import ROUND_OFF, cleaned
+from bipot.checks.opening import openable
+from bipot.iterate import Increment
+from bipot.response import State
+from bipot.system import System
+from bipot.tensors import norm
+from bipot.typing import Floats, max_abs, vdot
+
+
+def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
+    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
+
+    One that leaves all contacts as they are, and nodal ``forces`` (a, d) push, comes first.
+    """
+    v = free(system, state, forces)
+    return None if v is None else system.body.space.spread(v)
+
+
+def free(system: System, state: State, forces: Floats) -> Floats | None:
+    """That motion on the unknowns (n,)."""
+    space = system.body.space
+    rigid = system.rigid_at(state.nodes)
+    rows = Increment(system, state, state.tau).rows
+    normal, rubbing = cleaned(rows.G_n @ rigid, rigid), rows.rubs
+    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
+    # These leave all contacts as they are, so that either way is as free.
+    still = rigid @ null_space(np.vstack([normal, *tangent[rubbing]]), rcond=ROUND_OFF)
+    pushed = np.array([vdot(forces, space.spread(way)) for way in still.T])
+    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
+        return _of_length_one(system, still @ pushed)
+    # Welds neither open nor slip.
+    basis = null_space(np.vstack([normal[rows.tied], *tangent[rows.tied & rubbing]]), rcond=ROUND_OFF)
+    rubbing = rubbing & ~rows.tied
+    while True:
+        if (found := openable(normal @ basis)) is None:
+            return None
+        opened, v = found
+        closed = rubbing & ~opened
+        if not closed.any():
+            break
+        slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
+        basis, rubbing = basis @ null_space(slips, rcond=ROUND_OFF), rubbing & opened
+    if not opened.any():
+        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
+    v = rigid @ basis @ v
+    motion = space.spread(v)
+    # Where nothing opens either way is as free.
+    back = not opened.any() and motion.flat[np.abs(motion).argmax()] < 0
+    return _of_length_one(system, -v if back else v)
+
+
+def _of_length_one(system: System, v: Floats) -> Floats | None:
+    """The motion v (n,) over its largest nodal displacement, None if it is none."""
+    largest = float(norm(system.body.space.spread(v)).max())
+    return v / largest if largest > 0 else None
+
+
+def rubs(increment: Increment, v: Floats) -> bool:
+    """Whether a contact opens so little by the motion v (n,) that friction could hold it all the same.
+
+    Forces in Coulomb's cone work against what opens by less than mu times its slip.
+    """
+    rows = replace(increment, tau=increment.start.tau).rows
+    opens, slips = rows.G_n @ v, np.zeros(rows.count)
+    slips[rows.frictional] = norm((rows.G_t @ v).reshape(rows.slip.shape))
+    held = ~rows.tied & (slips > ROUND_OFF)
+    return bool((opens[held] < rows.rubbing[held] * slips[held]).any())
