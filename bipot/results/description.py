@@ -77,8 +77,13 @@ def _described(scene: Scene) -> dict[str, Any]:
     }
 
 
-def require_told(scene: Scene) -> None:
-    """Refuse what users' own classes say nothing of but its place in memory: it is another in another process."""
+def require_told(scene: Scene, **said: object) -> None:
+    """Refuse what is ``said`` in no JSON, and what users' own classes say nothing of but its place in memory.
+
+    The latter is another in another process.
+    """
+    for name, given in said.items():
+        require_json(name, given)
     own = {"material": (scene.material,), "loads": scene.loads, "tools": [tool.face for tool in scene.tools]}
     for name, values in own.items():
         for value in values:

@@ -23,16 +23,7 @@ from bipot.hdf5.journal import creating, writing
 from bipot.response import State
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
-from bipot.results.description import (
-    Parameters,
-    as_json,
-    describe,
-    require_json,
-    require_told,
-    same_mesh,
-    same_scene,
-    same_state,
-)
+from bipot.results.description import Parameters, as_json, describe, require_told, same_mesh, same_scene, same_state
 from bipot.results.fields import StoredStep
 from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
@@ -96,9 +87,7 @@ class Recorder:
         require_type(existing, Existing, "existing")
         missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
         require(isinstance(folder, str | Path) and "\0" not in str(folder), "folder", folder, "a path")
-        for name, given in (("parameters", parameters), ("units", units)):
-            require_json(name, given)
-        require_told(scene)
+        require_told(scene, parameters=parameters, units=units)
         self.folder, self.columns = Path(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
