@@ -30,8 +30,8 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
 
     Near a landing the velocity changes direction from increment to increment, and extrapolating it may lead away from
     the answer. Where loads go on faster, which may be because the body resists more, the other start is that of rest,
-    in increments of any length. Where the prediction folds an element or strains it by more than an answer may, as at
-    rest where supports carry the body by more than one, the body goes along with its supports.
+    in increments of any length. Where the prediction folds an element or strains it by more than an answer may, the
+    body goes along with its supports, as it does from rest.
 
     Raises:
         InvertedElement: that folds an element, too.
