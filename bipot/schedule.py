@@ -68,7 +68,7 @@ class Schedule:
         for landing in self.landings:
             allowed = f"in ({begin:.4g}, 1), after the start-up, and {SAME:g} from its ends"
             require(begin + SAME < landing < 1 - SAME, "landing", landing, allowed)
-        apart = np.diff(sorted(self.landings)).min(initial=1.0)
+        apart = float(np.diff(sorted(self.landings)).min(initial=1.0))
         require(apart > SAME, "landings", self.landings, f"different by more than {SAME:g}")
 
     def _require_accuracy(self, accuracy: float) -> None:

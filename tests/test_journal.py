@@ -57,8 +57,8 @@ def written(path, seed, commits):
         try:
             file.commit()
         except (Killed, OSError):
-            # A process that is killed closes nothing; the system does.
-            os.close(file._descriptor) if file._descriptor is not None else None
+            # Nothing is written by that; a process that is killed closes nothing, but the system does.
+            file.close()
             raise
         contents.append(whole)
         yield contents

@@ -40,7 +40,7 @@ def replacing(path: str | Path, refuse: Refusal) -> Iterator[Path]:
         raise refuse(f"{path!r}: cannot be written ({failure})") from failure
 
 
-def replace(path: str | Path, content: bytes | memoryview, refuse: Refusal) -> None:
+def replace(path: str | Path, content: bytes, refuse: Refusal) -> None:
     """Make ``content`` all that the file holds, or raise as :func:`replacing` does."""
     with replacing(path, refuse) as part:
         part.write_bytes(content)

@@ -54,7 +54,7 @@ def write(path: str | Path, kind: str, arrays: Arrays) -> None:
     fields: dict[str, Any] = {"kind": np.array(kind), **arrays}
     content = BytesIO()
     np.savez_compressed(content, **fields)
-    replace(path, content.getbuffer(), FileError)
+    replace(path, content.getvalue(), FileError)
 
 
 def read_vectors(

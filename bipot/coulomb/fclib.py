@@ -249,4 +249,4 @@ def write_fclib(
             vectors.create_dataset("w", data=problem.w)
         if solution is not None:
             _write_solution(file, solution, solution_lengths(problem.mu.size * problem.dim, dofs))
-    replace(path, content.getbuffer(), FclibError)
+    replace(path, content.getvalue(), FclibError)

@@ -198,7 +198,7 @@ def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = ST
     x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
     units = np.eye(d)
     shifts = [np.broadcast_to(axis, nodes.shape) for axis in units]
-    turns = [np.outer(x[:, j], units[i]) - np.outer(x[:, i], units[j]) for i in range(d) for j in range(i)]
+    turns = [x[:, j, None] * units[i] - x[:, i, None] * units[j] for i in range(d) for j in range(i)]
     modes = np.stack([axes.components(motion).ravel() for motion in (*shifts, *turns)], axis=1)
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]

@@ -216,7 +216,7 @@ def write_tools(path: Path, times: Floats, steps: Sequence[Sequence[Line]]) -> N
     replace(path, _content(times, steps), ResultsError)
 
 
-def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> memoryview:
+def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> bytes:
     """The file's bytes: an unstructured grid whose points move from step to step."""
     # h5py takes long to import, and only files need it.
     import h5py
@@ -237,4 +237,4 @@ def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> memoryview:
             store(vtk, f"Steps/{name}", np.zeros((count, 1), dtype=int))
         store(vtk, "Steps/CellDataOffsets/tool", 0 * rows)
         vtk["Steps"].attrs["NSteps"] = count
-    return memory.getbuffer()
+    return memory.getvalue()

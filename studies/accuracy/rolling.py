@@ -115,7 +115,7 @@ def run(mesh: Mesh, mu: float, increments: int, limits: Sequence[float]) -> Row:
     steps = list(march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()))))
     at = np.array([round(step.state.tau * REDUCTION, 9) for step in steps])
     force = np.array([-step.tool_force(0)[1] for step in steps])
-    landed = np.array([carries(step.solved.r)[side].sum() for step in steps])
+    landed = np.array([float(carries(step.solved.r)[side].sum()) for step in steps])
     largest = Largest.of({"at": at, "force_N": force, "landed": landed})
     assert largest is not None, "friction folds the side onto the punch"
     off = [float(force[at == mark][0] / limit - 1) for mark, limit in zip(COMPARED, limits, strict=True)]

@@ -135,7 +135,7 @@ def _off_slip(f: Floats, u: Floats, mu: Floats, t: Floats, unsure: Floats, blur:
     force = f - np.maximum(np.vecdot(f, ray), 0.0)[:, None] * ray
     slip = u[:, 1:] - np.maximum(np.vecdot(u[:, 1:], e), 0.0)[:, None] * e
     parts = [np.abs(u[:, 0]) - blur, np.linalg.norm(slip, axis=1) - blur, np.linalg.norm(force, axis=1) - unsure]
-    return np.max(parts, axis=0)
+    return np.stack(parts).max(axis=0)
 
 
 def least_violation(posed: Posed) -> float:

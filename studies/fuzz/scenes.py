@@ -89,7 +89,7 @@ def draw(seed: int) -> Drawn:
         material=_material(rng, stress),
         supports=_supports(rng, body, tools),
         tools=tools,
-        quadrature=rule(np.random.default_rng([seed, 5]), mesh, rng.choice([q.value for q in RULES[Element.Q8]])),
+        quadrature=rule(np.random.default_rng([seed, 5]), mesh, str(rng.choice([q.value for q in RULES[Element.Q8]]))),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
     scene = replace(scene, volume=volume(np.random.default_rng([seed, 8]), mesh))
