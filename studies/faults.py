@@ -124,7 +124,7 @@ class Bench:
             or np.array_equal(found[name], self.expected[name], equal_nan=True)
             for name in found.keys() - {"seconds"}
         )
-        table = (out / FOLDER / "history.csv").read_text()
+        table = (out / FOLDER / "history.csv").read_text(encoding="utf-8")
         return same and table.count("\n") == 1 + len(self.expected["increment"])
 
 

@@ -23,7 +23,7 @@ SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05", "--mu", 
 def parsers():
     """Every parser made in a script: its path and the keywords of the call."""
     for path in SCRIPTS:
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("ArgumentParser"):
                 yield path.name, {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
 

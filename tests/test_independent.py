@@ -51,7 +51,7 @@ def at_end(step, **changes):
 
 def test_the_recomputation_imports_nothing_of_the_library():
     for path in (STUDIES / "independent").glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = (
                 [a.name for a in node.names] if isinstance(node, ast.Import) else [getattr(node, "module", "") or ""]
             )

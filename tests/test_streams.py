@@ -2,6 +2,7 @@
 
 import io
 import os
+import shlex
 import shutil
 import signal
 import subprocess
@@ -61,7 +62,7 @@ def test_what_compiled_code_prints_goes_into_no_file_in_the_place_of_a_closed_st
     shutil.copy(ROOT / "studies" / "__init__.py", tmp_path / "studies")
     code = "import os\nwith open('lines.csv', 'w') as file:\n    os.write(1, b'printed')\n    file.write('kept')\n"
     (tmp_path / "studies" / "planted.py").write_text(code)
-    subprocess.run(["sh", "-c", f"{sys.executable} -m studies.planted >&-"], cwd=tmp_path, check=True)
+    subprocess.run(["sh", "-c", f"{shlex.quote(sys.executable)} -m studies.planted >&-"], cwd=tmp_path, check=True)
     assert (tmp_path / "lines.csv").read_text() == "kept"
 
 
