@@ -193,6 +193,13 @@ def test_a_body_that_starts_inside_a_tool_is_named_as_that():
     assert "more increments" not in words
 
 
+def test_a_slight_overlap_at_rest_is_not_the_cause_where_tools_go_much_farther():
+    """The tool goes by nine tenths of the height at once, a hundred thousand times the overlap."""
+    words = last_words(scene(tools=(tool(point=(0.0, 1.0 - 1e-5), travel=(0.0, -0.9)),)), Control(cuts=0))
+    assert "starts inside" not in words
+    assert "more increments" in words
+
+
 def test_a_body_held_by_nothing_is_named_as_that():
     """Frictionless between two tools: it slides away along them."""
     across = tool(mu=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))

@@ -56,12 +56,14 @@ def _torn(increment: Increment) -> str | None:
 
 
 def _inside(increment: Increment) -> str | None:
-    """A body that carries nothing yet and is inside a tool."""
+    """A body that carries nothing yet and is inside a tool, by more than the increment takes tools on."""
     system, state = increment.system, increment.start
     if state.forces.any() or touches(-state.gap, system.body.scene.size).all():
         return None
     worst = int(np.argmin(state.gap))
     depth = -float(state.gap[worst])
+    if depth < increment.reach:
+        return None
     number, node = system.candidates.tool[worst], system.candidates.node[worst]
     tool, pose = system.body.scene.tools[number], increment.tools.placed[number]
     if tool.face.beyond(tool.own(system.candidates.means.places(state.nodes)[worst], pose)):
