@@ -94,9 +94,9 @@ class Shared:
     pacer: Pacer | None = None
     cache: Cache = field(default_factory=Cache)
 
-    def attempt(self, increment: Increment, largest: float, sparing: bool = False) -> Attempt:
-        """Try the increment, ``sparing`` the dissipation program if it may be halved instead."""
-        return attempt_increment(increment, self.control, self.cache, largest, self.observe, sparing)
+    def attempt(self, increment: Increment, largest: float, sparing: bool = False, halves: bool = False) -> Attempt:
+        """Try the increment as far as it is not to be halved instead: see :func:`attempt_increment`."""
+        return attempt_increment(increment, self.control, self.cache, largest, self.observe, sparing, halves)
 
 
 def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[Accepted]:
@@ -180,16 +180,17 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
     # Increments that are scheduled are kept if any form solves them.
     spares = math.inf if shared.pacer is None else uncut / 2**shared.control.spared * (1 + 1e-9)
     spares = max(spares, 2 * least * (1 - 1e-9))
-    halving = Halving(lambda part, sparing: shared.attempt(part, course.largest, sparing), uncut)
+    halving = Halving(lambda part, *instead: shared.attempt(part, course.largest, *instead), uncut)
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        tried = halving.tried(increment, tau - state.tau >= spares)
+        # Counted from what was scheduled: from the last success they creep up to a wall without an end.
+        halves = tau - state.tau >= 2 * least * (1 - 1e-9)
+        tried = halving.tried(increment, tau - state.tau >= spares, halves)
         if isinstance(tried, Found):
             return tried
-        # Counted from what was scheduled: from the last success they creep up to a wall without an end.
-        if tau - state.tau < 2 * least * (1 - 1e-9):
+        if not halves:
             break
         halving.cut(tau)
         size = (tau - state.tau) / 2

@@ -115,6 +115,13 @@ def test_where_no_solution_is_found_with_the_flow_it_is_sought_from_the_one_with
     np.testing.assert_allclose(attempt.solved.r, at_once.solved.r, atol=1e-6 * np.abs(at_once.solved.r).max())
 
 
+def test_what_is_refused_with_the_flow_is_not_sought_without():
+    system, state, tau, _ = flowing()
+    refused = Attempt(None, Newton().name, 5, (STALLED,), refused=True)
+    attempt = carry_on(Increment(system, state, tau), lambda *_: refused, accepted, second=True)
+    assert (attempt.passes, attempt.solved, attempt.refused) == (5, None, True)
+
+
 def test_backward_euler_does_not_stand_in_where_flow_goes_on():
     system, state, tau, solve = flowing()
     attempt = carry_on(Increment(system, state, tau), failing(solve, state, 2), accepted, second=True)

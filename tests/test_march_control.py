@@ -8,7 +8,7 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.control import attempting, pacing
-from bipot.errors import IncrementFailed, NotConverged, ProgramError, SceneError, UnsuitedForm
+from bipot.errors import IncrementFailed, NotConverged, ProgramError, Refused, SceneError, UnsuitedForm
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.forms import Dissipation, FormName, Newton, Tangent
@@ -96,6 +96,17 @@ def test_what_a_shorter_increment_would_not_help_spares_no_form(why, monkeypatch
     accepted = next(march(scene, PACED, Control(Newton(), (Dissipation(),))))
     assert accepted.cuts == 0
     assert asked == [(FormName.NEWTON, 1.0), (FormName.DISSIPATION, 1.0)]
+
+
+@pytest.mark.parametrize("schedule", [Schedule(accuracy=1e-2), Schedule(1)])
+def test_what_is_refused_though_it_solves_the_equations_is_halved_before_other_forms_find_it_too(schedule, monkeypatch):
+    """They would take all of their passes for the same answer."""
+    asked = tried_in_turn(Refused("strained too much", "Use more increments."), monkeypatch, set())
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    with pytest.raises(IncrementFailed, match="strained too much"):
+        next(march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()), cuts=2)))
+    last = [(form, 0.25) for form in (FormName.NEWTON, FormName.TANGENT, FormName.DISSIPATION)]
+    assert asked == [(FormName.NEWTON, 1.0), (FormName.NEWTON, 0.5), *last]
 
 
 @pytest.mark.parametrize("length", [1.0, 0.5])

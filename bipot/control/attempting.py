@@ -14,7 +14,7 @@ from bipot.certificate import EPS
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
-from bipot.errors import InvertedElement, NotConverged, ProgramError, UnsuitedForm
+from bipot.errors import InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
 from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
@@ -34,10 +34,12 @@ def attempt_increment(
     largest: float,
     observe: Observer = unobserved,
     sparing: bool = False,
+    halves: bool = False,
 ) -> Attempt:
     """Try the increment, each time with the forms in turn; ``sparing`` the dissipation program where one strayed.
 
-    Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared.
+    Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared. What
+    solves the equations and is refused all forms would find: if the increment ``halves``, no other one is tried.
     ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
     """
 
@@ -61,6 +63,8 @@ def attempt_increment(
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
+                if halves and isinstance(failure, Refused):
+                    return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
         return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed, spared=spared)

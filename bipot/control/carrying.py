@@ -70,7 +70,7 @@ class Attempt(NamedTuple):
 
     ``last`` is the failure of the last form tried; ``strayed`` says whether a suited form failed. ``left`` is the
     iterate at which the increment was left unsolved because the flow does not continue as it was carried on.
-    ``spared`` says whether a form was left out.
+    ``spared`` says whether a form was left out, ``refused`` whether others would find what is inadmissible, too.
     """
 
     solved: Solved | None
@@ -81,6 +81,7 @@ class Attempt(NamedTuple):
     strayed: bool = False
     left: Near | None = None
     spared: bool = False
+    refused: bool = False
 
     def failed(self, why: Reason) -> Attempt:
         """The same with one more failure."""
@@ -203,6 +204,8 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))
         last = len(tried) >= REPEATS
         tried.append(solve(begun, near, None if last else partial(_turned, system, carried)))
+        if tried[-1].refused:
+            return _joined(tried)
         solved = tried[-1].solved
         near = solved or tried[-1].left
         unknown = near is None

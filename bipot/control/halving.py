@@ -31,19 +31,19 @@ class Found(NamedTuple):
 
 
 class Halving:
-    """Attempts at increments of the length ``uncut`` or less, by ``attempt(increment, sparing)``, and their sums.
+    """Attempts at increments of the length ``uncut`` or less and their sums, by ``attempt(part, sparing, halves)``.
 
     ``spared`` are the increments that failed without the program they were spared (:mod:`bipot.control.attempting`).
     """
 
-    def __init__(self, attempt: Callable[[Increment, bool], Attempt], uncut: float) -> None:
+    def __init__(self, attempt: Callable[[Increment, bool, bool], Attempt], uncut: float) -> None:
         self.attempt, self.uncut = attempt, uncut
         self.cuts, self.passes, self.reasons = 0, 0, list[Reason]()
         self.spared = list[Increment]()
 
-    def tried(self, increment: Increment, sparing: bool) -> Found | Attempt:
+    def tried(self, increment: Increment, sparing: bool = False, halves: bool = False) -> Found | Attempt:
         """What an attempt found; itself if it has failed."""
-        attempt = self.attempt(increment, sparing)
+        attempt = self.attempt(increment, sparing, halves)
         self.passes += attempt.passes
         self.reasons += attempt.failures
         if attempt.spared:
@@ -59,5 +59,5 @@ class Halving:
 
     def unspared(self) -> Found | None:
         """What a program finds of the increments that were spared it: it may fail on shorter ones alone."""
-        tried = (self.tried(whole, False) for whole in tuple(self.spared))
+        tried = (self.tried(whole) for whole in tuple(self.spared))
         return next((found for found in tried if isinstance(found, Found)), None)
