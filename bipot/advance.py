@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import null_space, orth
+from scipy.optimize import nnls
 
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
@@ -15,13 +16,14 @@ from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.scene.supports import Symmetry
+from bipot.tensors import norm
 from bipot.tools.aloft import Aloft, Carried
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
-from bipot.typing import Floats, Vector
+from bipot.typing import Floats, Vector, max_abs
 
 ROUND_OFF = 1e-12
-"""A direction whose part within the planes is no more than this is normal to them."""
+"""A direction whose part within the planes is no more than this is normal to them; over ways, means that are none."""
 
 
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
@@ -36,6 +38,23 @@ def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vec
     basis = null_space(np.vstack([np.zeros(size), *planes]))
     left = np.array(ways) @ basis
     return np.asarray(basis @ np.linalg.lstsq(np.where(np.abs(left) > ROUND_OFF, left, 0.0), asked)[0])
+
+
+def shortest(ways: Floats) -> Floats:
+    """The shortest (d,) of all means of ``ways`` (k, d), that is of points in their convex hull.
+
+    With weights w >= 0 it is sum_i w_i ways_i / sum_i w_i of those by which |sum_i w_i ways_i|^2 + (sum_i w_i - 1)^2 is
+    least, in units of the longest.
+
+    >>> shortest(np.array([[0.0, 2.0], [1.0, 2.0], [-1.0, 3.0]])).tolist()
+    [0.0, 2.0]
+    """
+    size = max_abs(ways)
+    if size == 0:
+        return np.zeros(ways.shape[1])
+    weights = nnls(np.vstack([ways.T / size, np.ones(len(ways))]), np.append(np.zeros(ways.shape[1]), 1.0))[0]
+    mean = np.asarray(weights @ ways / weights.sum())
+    return np.where(norm(mean) > ROUND_OFF * size, mean, 0.0)
 
 
 @dataclass(frozen=True)
@@ -83,6 +102,11 @@ class Advance:
         return self.way + holding.axes.field(missing)
 
     @cached_property
+    def rest(self) -> Floats:
+        """Displacement (a, d) of a body that is carried by its supports and tools and otherwise at rest."""
+        return self.along + (self.gone - self.way)
+
+    @cached_property
     def way(self) -> Floats:
         """The translation (d,) of such a body."""
         scene = self.candidates.scene
@@ -91,6 +115,39 @@ class Advance:
         others = [s for s in scene.supports if not isinstance(s, Symmetry)]
         ways = [s.along(scene.mesh.dimension) for s in others]
         return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], self._planes)
+
+    @cached_property
+    def gone(self) -> Floats:
+        """The translation (d,) of a body that goes the :attr:`way` of its supports, and beyond that with its tools.
+
+        Tools that touch it take it along, in directions that supports leave free, by the shortest mean of their ways:
+        it is the way of those that go together, and none where one rests. Tools that forces drive go with it. Without
+        friction only normals count. A body from which all of them recede stays.
+        """
+        contacts, size = self.candidates, self.candidates.scene.size
+        touching = touches(self.start.gap, size)
+        tools = np.setdiff1d(contacts.tool[touching], contacts.scene.drives.forced)
+        moving = bool(tools.size and self.travel[tools].any(axis=1).all())
+        if not moving:
+            return self.way
+        normals = self.frames[touching[contacts.parts.owner], 0]
+        free = null_space(np.vstack([np.zeros(len(self.way)), self._held]), rcond=ROUND_OFF)
+        if not contacts.mu[touching].any():
+            free = free @ orth(free.T @ normals.T, rcond=ROUND_OFF)
+        beyond = free @ shortest((self.travel[tools] - self.way) @ free)
+        pushed = (normals @ beyond).max() >= -ROUND_OFF * norm(beyond)
+        return self.way + beyond if pushed else self.way
+
+    @property
+    def led(self) -> Floats:
+        """Coordinates (m,) of driven tools: along forces they go as a body that goes :attr:`gone`."""
+        return self.candidates.scene.drives.ways[:, : len(self.gone)] @ self.gone
+
+    @property
+    def _held(self) -> Floats:
+        """Directions (h, d) along which supports and planes hold the body."""
+        scene, d = self.candidates.scene, self.candidates.scene.mesh.dimension
+        return np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
 
     @property
     def _planes(self) -> list[Vector]:
@@ -111,13 +168,12 @@ class Advance:
         By its supports it goes :attr:`along`, and in directions that these leave free as in :mod:`bipot.borne`.
         """
         contacts, scene = self.candidates, self.candidates.scene
-        along, d = contacts.met.motion(self.along), scene.mesh.dimension
+        along = contacts.met.motion(self.along)
         if len(scene.tools) < 2 - bool(scene.planes):
             return Carried.evenly(along)
         motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
-        held = np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
         under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
-        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, held).carried()
+        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, self._held).carried()
         return ridden._replace(by=ridden.by + along)
 
     @cached_property
