@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy.linalg import null_space, orth
-from scipy.optimize import nnls
 
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
@@ -46,12 +45,15 @@ def shortest(ways: Floats) -> Floats:
     With weights w >= 0 it is sum_i w_i ways_i / sum_i w_i of those by which |sum_i w_i ways_i|^2 + (sum_i w_i - 1)^2 is
     least, in units of the longest.
 
-    >>> shortest(np.array([[0.0, 2.0], [1.0, 2.0], [-1.0, 3.0]])).tolist()
+    >>> shortest(np.array([[0.0, 2.0], [4.0, 2.0]])).tolist()
     [0.0, 2.0]
     """
     size = max_abs(ways)
     if size == 0:
         return np.zeros(ways.shape[1])
+    # scipy.optimize takes long to import, and few bodies are between tools that all move.
+    from scipy.optimize import nnls
+
     weights = nnls(np.vstack([ways.T / size, np.ones(len(ways))]), np.append(np.zeros(ways.shape[1]), 1.0))[0]
     mean = np.asarray(weights @ ways / weights.sum())
     return np.where(norm(mean) > ROUND_OFF * size, mean, 0.0)

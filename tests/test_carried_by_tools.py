@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.advance import shortest
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.iterate import Increment
@@ -78,6 +79,16 @@ def test_increments_under_a_force_are_as_long_where_supports_carry_the_body(way)
         for scene, by in ((upset((0.0, 0.0), 0.2, 300.0), base), (upset(way, 0.2, 300.0), carried))
     )
     np.testing.assert_allclose(moved, still, rtol=1e-6)
+
+
+def test_the_shortest_mean_is_that_of_the_hull():
+    """All ways are beyond the plane through it that is across it."""
+    rng = np.random.default_rng(5)
+    for size in (1, 2, 3):
+        ways = rng.normal(size=(5, size)) + 2 * rng.normal(size=size)
+        mean = shortest(ways)
+        assert ((ways - mean) @ mean).min() > -1e-12
+    np.testing.assert_array_equal(shortest(np.array([[0.05, 0.0], [-0.03, 0.0], [0.0, 0.0]])), 0.0)
 
 
 def gone(scene: Scene) -> np.ndarray:
