@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import null_space, orth
 
+from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
@@ -43,18 +44,15 @@ def shortest(ways: Floats) -> Floats:
     """The shortest (d,) of all means of ``ways`` (k, d), that is of points in their convex hull.
 
     With weights w >= 0 it is sum_i w_i ways_i / sum_i w_i of those by which |sum_i w_i ways_i|^2 + (sum_i w_i - 1)^2 is
-    least, in units of the longest.
+    least, in units of the longest; zero if these are not found.
 
     >>> shortest(np.array([[0.0, 2.0], [4.0, 2.0]])).tolist()
     [0.0, 2.0]
     """
-    size = max_abs(ways)
-    if size == 0:
-        return np.zeros(ways.shape[1])
-    # scipy.optimize takes long to import, and few bodies are between tools that all move.
-    from scipy.optimize import nnls
-
-    weights = nnls(np.vstack([ways.T / size, np.ones(len(ways))]), np.append(np.zeros(ways.shape[1]), 1.0))[0]
+    size, d = max_abs(ways), ways.shape[1]
+    weights = None if size == 0 else nonnegative(np.vstack([ways.T / size, np.ones(len(ways))]), np.eye(d + 1)[d])
+    if weights is None:
+        return np.zeros(d)
     mean = np.asarray(weights @ ways / weights.sum())
     return np.where(norm(mean) > ROUND_OFF * size, mean, 0.0)
 
