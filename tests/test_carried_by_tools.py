@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.advance import shortest
+from bipot.control.yielding import strain_of
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.iterate import Increment
@@ -115,6 +116,17 @@ def test_a_body_goes_as_tools_that_touch_it_go_together():
 def test_a_body_that_tools_squeeze_from_both_sides_stays(way):
     both = upset((0.0, way))
     np.testing.assert_array_equal(gone(both), 0.0)
+
+
+@pytest.mark.parametrize("way", [(0.1, -0.4), (0.0, -0.5), (-0.7, 1.3), (1e-5, 1e-7)])
+def test_what_goes_along_together_strains_nothing(way):
+    """Strains of round-off made the first increment one of a hundred times the whole way, or not."""
+    lid, floor = upset(way).tools
+    closes = replace(lid, travel=way)
+    slanted = (Prescribed("left", (0.6, 0.8), 0.6 * way[0] + 0.8 * way[1]), Prescribed("right", 0, way[0]))
+    for supports, tools in (((), (closes, floor)), (slanted, (closes,)), (slanted, (closes, floor))):
+        system = system_of(replace(upset(way), supports=supports, tools=tools))
+        assert strain_of(Increment(system, system.rest(), 1.0)) == 0.0
 
 
 @pytest.mark.parametrize("way", [(1e-6, -2e-7), (0.0, -0.004), (0.0024, 0.0017)])
