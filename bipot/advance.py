@@ -26,6 +26,10 @@ ROUND_OFF = 1e-12
 """A direction whose part within the planes is no more than this is normal to them; over ways, means that are none."""
 
 
+FEW = 0.5
+"""Of the points at which one tool touches a body: another one that touches it at fewer does not carry it."""
+
+
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
     """The v within all ``planes``, given by their normals, whose components along ``ways`` are nearest to ``asked``.
 
@@ -121,12 +125,15 @@ class Advance:
         """The translation (d,) of a body that goes the :attr:`way` of its supports, and beyond that with its tools.
 
         Tools that touch it take it along, in directions that supports leave free, by the shortest mean of their ways:
-        it is the way of those that go together, and none where one rests. Tools that forces drive go with it. Without
-        friction only normals count. A body from which all of them recede stays.
+        it is the way of those that go together, and none where one rests. A tool that touches it at few points dents it
+        and does not count, nor does one that a force drives, which goes with it. Without friction only normals count. A
+        body from which all of them recede stays.
         """
         contacts, size = self.candidates, self.candidates.scene.size
         touching = touches(self.start.gap, size)
-        tools = np.setdiff1d(contacts.tool[touching], contacts.scene.drives.forced)
+        points = (contacts.owned & touching) @ contacts.share
+        points[contacts.scene.drives.forced] = 0.0
+        tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
         moving = bool(tools.size and self.travel[tools].any(axis=1).all())
         if not moving:
             return self.way
