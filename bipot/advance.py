@@ -145,6 +145,11 @@ class Advance:
         pushed = (normals @ beyond).max() >= -ROUND_OFF * norm(beyond)
         return self.way + beyond if pushed else self.way
 
+    def beyond(self, gap: Floats) -> float:
+        """How far a tool that may reach the body, by the ``gap`` (c,) at its end, or a support goes beyond that way."""
+        reach = self.candidates.reach(gap, self.travel - self.gone, self.swept(self.path))
+        return max(reach, float(norm(self.along - self.way).max()))
+
     @property
     def led(self) -> Floats:
         """Coordinates (m,) of driven tools: along forces they go as a body that goes :attr:`gone`."""

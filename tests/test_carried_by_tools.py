@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from bipot.advance import shortest
+from bipot.control.accepted import Accepted
 from bipot.control.yielding import strain_of
 from bipot.fem.reduction import Geometry
-from bipot.forms import Newton
+from bipot.forms import Dissipation, Newton
 from bipot.iterate import Increment
-from bipot.laws.hardening import Linear
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.meshes.sections import block
@@ -127,6 +128,24 @@ def test_what_goes_along_together_strains_nothing(way):
     for supports, tools in (((), (closes, floor)), (slanted, (closes,)), (slanted, (closes, floor))):
         system = system_of(replace(upset(way), supports=supports, tools=tools))
         assert strain_of(Increment(system, system.rest(), 1.0)) == 0.0
+
+
+def test_how_far_all_goes_is_no_unit_of_a_program():
+    """Four thousand times as far as the lid comes down: the program stalled, and 281 passes were taken for 2."""
+    material = VonMises(Elasticity(70_000.0, 0.45), Perfect(210.0))
+
+    def landed(way: float) -> Accepted:
+        lid = FlatTool((0.0, 1.00003), (0.0, -1.0), (0.0, way - 0.00013), ("top",), 0.1)
+        held = (Prescribed("base", 1, way),)
+        scene = Scene(block(1.0, 1.0, 3, 2), Geometry.PLANE_STRAIN, material, held, tools=(lid,))
+        return next(march(scene, Schedule(1), Control(Dissipation(), ())))
+
+    still, moved = landed(0.0), landed(0.6)
+    assert moved.cuts == 0
+    assert moved.passes <= still.passes + 8
+    lengths = [a.solved.iterate.increment.units.length for a in (still, moved)]
+    assert lengths[1] == pytest.approx(lengths[0], rel=1e-9)
+    np.testing.assert_allclose(moved.tool_forces, still.tool_forces, rtol=0, atol=1e-6 * 9.0)
 
 
 @pytest.mark.parametrize("way", [(1e-6, -2e-7), (0.0, -0.004), (0.0024, 0.0017)])
