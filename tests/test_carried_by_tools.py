@@ -20,8 +20,9 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
 from bipot.system import system_of
+from bipot.tools.circle import Circle
 from bipot.tools.poses import Force
-from bipot.tools.tool import FlatTool
+from bipot.tools.tool import FlatTool, ShapedTool
 
 METAL = VonMises(Elasticity(70_000.0, 0.33), Linear(100.0, 500.0))
 STILL = Support("left", 0)
@@ -111,6 +112,14 @@ def test_a_body_goes_as_tools_that_touch_it_go_together():
     np.testing.assert_array_equal(gone(replace(both, tools=(above, floor))), 0.0)
     rests = replace(floor, travel=(0.0, 0.0))
     np.testing.assert_array_equal(gone(replace(both, tools=(lid, rests))), 0.0)
+
+
+@pytest.mark.parametrize("way", [0.6, -0.6])
+def test_a_roll_that_dents_a_body_on_a_floor_does_not_carry_it(way):
+    """Of both ways the shorter one is that of the roll where all goes up, and increments were a third fewer."""
+    roll = ShapedTool(Circle((1.0, 2.5), 1.5), (0.0, way - 0.02), ("top",), 0.3)
+    floor = upset((0.0, way)).tools[1]
+    np.testing.assert_allclose(gone(replace(upset((0.0, way)), tools=(roll, floor))), (0.0, way), atol=1e-12)
 
 
 @pytest.mark.parametrize("way", [0.05, 0.03])
