@@ -7,21 +7,27 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import null_space, orth
 
+from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.scene.supports import Symmetry
+from bipot.tensors import norm
 from bipot.tools.aloft import Aloft, Carried
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
-from bipot.typing import Floats, Vector
+from bipot.typing import Floats, Vector, max_abs
 
 ROUND_OFF = 1e-12
-"""A direction whose part within the planes is no more than this is normal to them."""
+"""A direction whose part within the planes is no more than this is normal to them; over ways, means that are none."""
+
+
+FEW = 0.5
+"""Of the points at which one tool touches a body: another one that touches it at fewer does not carry it."""
 
 
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
@@ -36,6 +42,23 @@ def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vec
     basis = null_space(np.vstack([np.zeros(size), *planes]))
     left = np.array(ways) @ basis
     return np.asarray(basis @ np.linalg.lstsq(np.where(np.abs(left) > ROUND_OFF, left, 0.0), asked)[0])
+
+
+def shortest(ways: Floats) -> Floats:
+    """The shortest (d,) of all means of ``ways`` (k, d), that is of points in their convex hull.
+
+    With weights w >= 0 it is sum_i w_i ways_i / sum_i w_i of those by which |sum_i w_i ways_i|^2 + (sum_i w_i - 1)^2 is
+    least, in units of the longest; zero if these are not found.
+
+    >>> shortest(np.array([[0.0, 2.0], [4.0, 2.0]])).tolist()
+    [0.0, 2.0]
+    """
+    size, d = max_abs(ways), ways.shape[1]
+    weights = None if size == 0 else nonnegative(np.vstack([ways.T / size, np.ones(len(ways))]), np.eye(d + 1)[d])
+    if weights is None:
+        return np.zeros(d)
+    mean = np.asarray(weights @ ways / weights.sum())
+    return np.where(norm(mean) > ROUND_OFF * size, mean, 0.0)
 
 
 @dataclass(frozen=True)
@@ -83,6 +106,11 @@ class Advance:
         return self.way + holding.axes.field(missing)
 
     @cached_property
+    def rest(self) -> Floats:
+        """Displacement (a, d) of a body that is carried by its supports and tools and otherwise at rest."""
+        return self.along + (self.gone - self.way)
+
+    @cached_property
     def way(self) -> Floats:
         """The translation (d,) of such a body."""
         scene = self.candidates.scene
@@ -91,6 +119,47 @@ class Advance:
         others = [s for s in scene.supports if not isinstance(s, Symmetry)]
         ways = [s.along(scene.mesh.dimension) for s in others]
         return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], self._planes)
+
+    @cached_property
+    def gone(self) -> Floats:
+        """The translation (d,) of a body that goes the :attr:`way` of its supports, and beyond that with its tools.
+
+        Tools that touch it take it along, in directions that supports leave free, by the shortest mean of their ways:
+        it is the way of those that go together, and none where one rests. A tool that touches it at few points dents it
+        and does not count, nor does one that a force drives, which goes with it. Without friction only normals count. A
+        body from which all of them recede stays.
+        """
+        contacts, size = self.candidates, self.candidates.scene.size
+        touching = touches(self.start.gap, size)
+        points = (contacts.owned & touching) @ contacts.share
+        points[contacts.scene.drives.forced] = 0.0
+        tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
+        moving = bool(tools.size and self.travel[tools].any(axis=1).all())
+        if not moving:
+            return self.way
+        normals = self.frames[touching[contacts.parts.owner], 0]
+        free = null_space(np.vstack([np.zeros(len(self.way)), self._held]), rcond=ROUND_OFF)
+        if not contacts.mu[touching].any():
+            free = free @ orth(free.T @ normals.T, rcond=ROUND_OFF)
+        beyond = free @ shortest((self.travel[tools] - self.way) @ free)
+        pushed = (normals @ beyond).max() >= -ROUND_OFF * norm(beyond)
+        return self.way + beyond if pushed else self.way
+
+    def beyond(self, gap: Floats) -> float:
+        """How far a tool that may reach the body, by the ``gap`` (c,) at its end, or a support goes beyond that way."""
+        reach = self.candidates.reach(gap, self.travel - self.gone, self.swept(self.path))
+        return max(reach, float(norm(self.along - self.way).max()))
+
+    @property
+    def led(self) -> Floats:
+        """Coordinates (m,) of driven tools: along forces they go as a body that goes :attr:`gone`."""
+        return self.candidates.scene.drives.ways[:, : len(self.gone)] @ self.gone
+
+    @property
+    def _held(self) -> Floats:
+        """Directions (h, d) along which supports and planes hold the body."""
+        scene, d = self.candidates.scene, self.candidates.scene.mesh.dimension
+        return np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
 
     @property
     def _planes(self) -> list[Vector]:
@@ -111,13 +180,12 @@ class Advance:
         By its supports it goes :attr:`along`, and in directions that these leave free as in :mod:`bipot.borne`.
         """
         contacts, scene = self.candidates, self.candidates.scene
-        along, d = contacts.met.motion(self.along), scene.mesh.dimension
+        along = contacts.met.motion(self.along)
         if len(scene.tools) < 2 - bool(scene.planes):
             return Carried.evenly(along)
         motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
-        held = np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
         under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
-        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, held).carried()
+        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, self._held).carried()
         return ridden._replace(by=ridden.by + along)
 
     @cached_property

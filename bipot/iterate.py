@@ -118,8 +118,8 @@ class Increment:
 
     @cached_property
     def units(self) -> Units:
-        """The units by which its numbers are scaled."""
-        prescribed = max(self.reach, float(norm(self.driven).max()))
+        """The units by which its numbers are scaled: how far a body is carried along says nothing of its strains."""
+        prescribed = self.tools.beyond(self.rows.gap)
         new = self.loads.change if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
         return self.system.units(self.start, prescribed, new)
 

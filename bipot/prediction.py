@@ -31,7 +31,7 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
     Near a landing the velocity changes direction from increment to increment, and extrapolating it may lead away from
     the answer. Where loads go on faster, which may be because the body resists more, the other start is that of rest,
     in increments of any length. Where the prediction folds an element or strains it by more than an answer may, the
-    body goes along with its supports, as it does from rest.
+    body goes along with its supports and tools, as it does from rest.
 
     Raises:
         InvertedElement: that folds an element, too.
@@ -50,7 +50,8 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
             carried = increment.at(_carried(increment))
             return carried if _strain(carried) < MOST_STRAINED else going
     leaps = increment.past.quicker > 1 and increment.loads.changes
-    if not going.x.any() or (not leaps and increment.units.length > SHORT * increment.units.size):
+    short = increment.units.length <= SHORT * increment.units.size
+    if not (start.rates.any() and going.x.any() and (leaps or short)):
         return going
     off = unbalanced(going)
     if off > max(FAR, bounds.equilibrium):
@@ -68,9 +69,8 @@ def _strain(iterate: Iterate) -> float:
 
 
 def _carried(increment: Increment) -> Floats:
-    """The displacement (n,) of a body that is carried by its supports, and tools by their paths alone."""
-    space, along = increment.system.body.space, increment.tools.along.ravel()
-    return space.gather(np.concatenate([along, np.zeros(space.translations)]))
+    """The displacement (n,) of a body that is carried by its supports and tools, and of driven tools with it."""
+    return increment.system.body.space.gather(np.concatenate([increment.tools.rest.ravel(), increment.tools.led]))
 
 
 def predicted(increment: Increment, pace: Pace) -> Floats:
@@ -79,7 +79,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     Where no tool, support or load moves or changes, the body stays, because the material is rate-independent. Where
     tools reverse, no motion leaves gaps that the forces at the start push open, so these do work; continuing the last
     motion opens the gaps further, with more work. Where the path turns the last motion says nothing of the next one.
-    What supports carry rests as seen by them.
+    What supports or tools carry rests as seen by them.
     """
     start, rows, rest = increment.start, increment.rows, _carried(increment)
     x = increment.system.body.space.gather(pace.predict(increment))

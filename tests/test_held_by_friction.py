@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.checks.diagnosis import diagnosis
-from bipot.errors import LimitPassed
+from bipot.errors import IncrementFailed, LimitPassed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.iterate import Increment
@@ -159,6 +159,55 @@ def test_more_friction_is_not_advised_where_none_would_hold(made):
     assert "by any friction: without strain the body lifts off, tips over" in str(caught.value)
     assert "more friction" not in str(caught.value)
     assert caught.value.fraction == 0.0
+
+
+def turned(scene: Scene, angle: float) -> Scene:
+    """The same scene in another position."""
+    c, s = np.cos(angle), np.sin(angle)
+    turn = np.array([[c, -s], [s, c]])
+
+    def along(vector):
+        return tuple((turn @ vector).tolist())
+
+    mesh = Mesh(scene.mesh.nodes @ turn.T, scene.mesh.elements, scene.mesh.boundaries)
+    flat = (tool for tool in scene.tools if isinstance(tool, FlatTool))
+    tools = tuple(replace(tool, point=along(tool.point), normal=along(tool.normal)) for tool in flat)
+    pushing = (load for load in scene.loads if isinstance(load, Traction | BodyForce))
+    loads = tuple(replace(load, vector=along(load.vector)) for load in pushing)
+    return replace(scene, mesh=mesh, tools=tools, loads=loads)
+
+
+def cornered(load: tuple[float, float], mu: float = 0.0) -> Scene:
+    """A block on a floor of ``mu`` and by a smooth wall at its left side, under a ``load`` on its top."""
+    return replace(
+        pushed(0.0),
+        tools=tuple(
+            FlatTool((0.0, 0.0), normal, (0.0, 0.0), (side,), rubs)
+            for normal, side, rubs in (((0.0, 1.0), "base", mu), ((1.0, 0.0), "left", 0.0))
+        ),
+        loads=(Traction("top", load),),
+    )
+
+
+@pytest.mark.parametrize("angle", [-3.0, -1.75, -1.0, 0.25, 1.5, 2.25, 2.75])
+@pytest.mark.parametrize(
+    ("made", "kind", "words"),
+    [
+        (pushed(0.2), LimitPassed, "contacts slide or open"),
+        (pushed(5.0), LimitPassed, "by any friction"),
+        (on_edge(0.5), LimitPassed, "by any friction"),
+        (cornered((1.0, -5.0)), IncrementFailed, "Nothing holds the body"),
+        (cornered((-1.0, 1.0)), IncrementFailed, "Nothing holds the body"),
+        (cornered((0.0, 1.0), 0.3), IncrementFailed, "Nothing holds the body"),
+    ],
+    ids=["slides", "pushed over", "tips", "leaves a wall", "lifts off", "off a rough floor"],
+)
+def test_what_is_claimed_does_not_depend_on_the_position_of_the_scene(made, kind, words, angle):
+    """A motion of many that open contacts was asked whether loads push it, another one in each position."""
+    with pytest.raises(IncrementFailed) as caught:
+        list(march(turned(made, angle), Schedule(1), Control(cuts=1)))
+    assert type(caught.value) is kind
+    assert words in str(caught.value)
 
 
 @pytest.mark.parametrize(("part", "slides"), [(0.05, False), (0.2, True)])

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import null_space
 
+from bipot.basics.nonnegative import nonnegative
 from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.checks.opening import openable
 from bipot.iterate import Increment
@@ -25,7 +26,8 @@ from bipot.typing import Floats, max_abs, vdot
 def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
     """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
 
-    One that leaves all contacts as they are, and nodal ``forces`` (a, d) push, comes first.
+    Of a body under loads, nodal ``forces`` (a, d), it is one that they push, unless friction is capped. Contacts that
+    rub do not slip in it, and all of them open or none changes.
     """
     v = free(system, state, forces)
     return None if v is None else system.body.space.spread(v)
@@ -40,10 +42,16 @@ def free(system: System, state: State, forces: Floats) -> Floats | None:
     tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
     # These leave all contacts as they are, so that either way is as free.
-    still = rigid @ null_space(np.vstack([normal, *tangent[rubbing]]), rcond=ROUND_OFF)
-    pushed = np.array([vdot(forces, space.spread(way)) for way in still.T])
-    if max_abs(pushed) > ROUND_OFF * float(np.linalg.norm(forces)):
-        return _of_length_one(system, still @ pushed)
+    still = null_space(np.vstack([normal, *tangent[rubbing]]), rcond=ROUND_OFF)
+    push = np.array([vdot(forces, space.spread(way)) for way in rigid.T])
+    if max_abs(push @ still) > ROUND_OFF * float(np.linalg.norm(forces)):
+        return _of_length_one(system, rigid @ still @ (push @ still))
+    if forces.any() and not rows.capped:
+        # Where a contact that rubs stays, a proof tells of all motions: bipot.limit_analysis.collapse.
+        basis = null_space(np.vstack([normal[rows.tied], *tangent[rubbing]]), rcond=ROUND_OFF)
+        v = basis @ _along(push @ basis, normal @ basis)
+        stays = rubbing & (normal @ v <= ROUND_OFF * norm(v))
+        return None if stays.any() else _of_length_one(system, rigid @ v)
     # Welds neither open nor slip.
     basis = null_space(np.vstack([normal[rows.tied], *tangent[rows.tied & rubbing]]), rcond=ROUND_OFF)
     rubbing = rubbing & ~rows.tied
@@ -63,6 +71,18 @@ def free(system: System, state: State, forces: Floats) -> Floats | None:
     # Where nothing opens either way is as free.
     back = not opened.any() and motion.flat[np.abs(motion).argmax()] < 0
     return _of_length_one(system, -v if back else v)
+
+
+def _along(push: Floats, normal: Floats) -> Floats:
+    """The motion v (m,) with ``normal`` (c, m) v >= 0 that is nearest to ``push`` (m,): zero where it pushes none.
+
+    It is push + normal' r with the r >= 0 by which that is the shortest (Moreau).
+    """
+    # Of round-off nothing is dependent, and the search would not end, or end elsewhere.
+    push, normal = (np.where(np.abs(a) > ROUND_OFF * max_abs(a), a, 0.0) for a in (push, normal))
+    r = nonnegative(normal.T, -push)
+    v = push if r is None else push + normal.T @ r
+    return np.zeros_like(v) if r is None or norm(v) <= ROUND_OFF * norm(push) else v
 
 
 def _of_length_one(system: System, v: Floats) -> Floats | None:

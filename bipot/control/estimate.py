@@ -13,8 +13,8 @@ It is a fraction of the force,
   beneath a punch in a large one, S is the mean over the work, what the power misses. That part is (sum_q p)^2 over
   sum_q w sum_q p^2/w with p = w |sigma : de|.
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
-  the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
-  event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
+  the last, beyond those at which supports and tools carry it: the curvature of the motion. A change by more than TURNED
+  is an event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
   increment after rest or a kink, of which no velocity before tells anything, T is UNEVEN times the variance of the
   increment of peeq over what S is: the more unevenly a body is strained, the more its motion changes by that. An upset
   cylinder has a tenth of what a square between nearly smooth tools has, in which bands of shear form.
@@ -188,10 +188,10 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     def square(velocity: Floats) -> float:
         return vdot(part, np.vecdot(velocity, velocity))
 
-    # A body that supports carry moves no less for that.
+    # A body that supports and tools carry moves no less for that.
     before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
-    now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
-    then = increment.past.quicker * (start.velocity - before.way / start.length)
+    now = (solved.response.du - increment.tools.gone) / (increment.tau - start.tau)
+    then = increment.past.quicker * (start.velocity - before.gone / start.length)
     if increment.past.turns:
         size = square(then)
         then = then * math.sqrt(square(now) / size) if size > 0 else then

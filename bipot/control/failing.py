@@ -84,7 +84,7 @@ def _told(given_way: Mechanism, whose: str) -> str:
     if given_way.carried == 0:
         return (
             "The load passes what friction holds: contacts slide or open, and the body moves without strain. "
-            "Hold it by a support, press it harder, or give the contacts more friction."
+            "Hold it by a support, press it harder, or give contacts that slide more friction."
         )
     carried = f"in its present shape the body carries {given_way.carried:.6g} of {whose}"
     return f"The load passes the limit load: {carried}. Drive it by displacements, or load it less."

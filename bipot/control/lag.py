@@ -7,8 +7,9 @@ is a force d, and it has the energy L,
     d = (r_t - |r_t| t_0) / 2 . 2 h/(h + h_0),        L = sum_c |d . du|,
 
 t_0 the direction of friction in the last increment, turned with the tool, du the displacement of the body's point
-beyond that of a body that supports carry, and h, h_0 the lengths of the two increments at one pace: directions are
-those of the middles. Points that stick, land or slide back do not count. In a plane there is no other direction.
+beyond that of a body that supports and tools carry, and h, h_0 the lengths of the two increments at one pace:
+directions are those of the middles. Points that stick, land or slide back do not count. In a plane there is no other
+direction.
 
 The error of the force is the part
 
@@ -63,7 +64,7 @@ def lag(start: State, solved: Solved) -> Lag:
     on = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
     ratio = np.divide(size, last, out=np.zeros_like(size), where=on)
     behind = (now - ratio[:, None] * then)[on] * (length / (length + increment.past.length))
-    beyond = solved.response.du - increment.tools.way
+    beyond = solved.response.du - increment.tools.gone
     pressed = float(np.abs(contacts.parts.spread(solved.r)[on, 0]).sum())
     return Lag(
         energy=float(np.abs(np.vecdot(behind, contacts.met.motion(beyond)[on])).sum()),

@@ -50,13 +50,15 @@ def yield_strain(system: System) -> float:
 
 
 def strain_of(increment: Increment) -> float:
-    """How far tools and supports go from each other, or from a body that supports carry, over the body's extent.
+    """How far tools and supports go from each other, or from a body that these carry, over the body's extent.
 
-    A tool that turns goes differently where it meets the body from place to place.
+    A tool that turns goes differently where it meets the body from place to place. One that a force drives goes along
+    that as the body is carried.
     """
     # Tools out of reach of the body strain nothing.
     near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
-    ways = np.concatenate([increment.tools.along, increment.travel[near], _turning(increment)])
+    led = scene.drives.poses(increment.tools.led, len(near))[:, : scene.mesh.dimension]
+    ways = np.concatenate([increment.tools.rest, (increment.travel + led)[near], _turning(increment)])
     # Beyond a plane of symmetry, which keeps the body in its place, all goes the other way.
     for plane in scene.planes:
         ways = np.vstack([ways, imaged(ways, plane.normal, 0.0)])

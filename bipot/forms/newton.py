@@ -20,10 +20,13 @@ from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.typing import Floats, make_floats, vdot
+from bipot.typing import Floats, make_floats, max_abs, vdot
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
+
+UNTOLD = 1e-14
+"""Over places and displacements, gaps and slips that are round-off of these."""
 
 BAND_LAW = 1e-10
 """Dead band of the gap in units of force, over the largest contact force: far below the bound on the law."""
@@ -67,7 +70,8 @@ class Law:
         motion = iterate.motion
         largest = max(float(np.abs(r).max(initial=0.0)), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
-        pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
+        told = motion if last is not None else _told(iterate, motion)
+        pieces = Pieces.of(rows, told, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
         balance, miss = residual - rows.forces(r), pieces.value(motion, r)
@@ -77,6 +81,15 @@ class Law:
     def frames_at(self, iterate: Iterate) -> Frames:
         """The contacts' frames at an iterate."""
         return self.frames.turned(iterate.rows) if iterate.increment.system.candidates.curved else self.frames
+
+
+def _told(iterate: Iterate, motion: Floats) -> Floats:
+    """The ``motion`` (c, d) that tells the pieces where an attempt begins: of round-off they would be any.
+
+    Without forces yet, a gap of 1e-17 is an open contact and a slip of that slides: nothing may hold the body then.
+    """
+    places = max(max_abs(iterate.increment.start.nodes), max_abs(iterate.response.du))
+    return np.where(np.abs(motion) > UNTOLD * places, motion, 0.0)
 
 
 @dataclass(frozen=True)

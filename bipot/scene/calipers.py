@@ -7,10 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.tools.plane import leftwards
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 ALIKE = 9
 """Decimals of unit normals that are one: a flat side has a normal for each facet."""
+
+ROUND_OFF = 1e-14
+"""Over the longest motion, what of a difference is none."""
 
 AT_ONCE = 256
 """Normals along which all nodes are measured in one product."""
@@ -40,13 +43,15 @@ class Calipers(NamedTuple):
     def strain(self, ways: Floats) -> float:
         """The largest part, over all facets, by which motions ``ways`` (m, d) differ across one of the width there.
 
+        It is none where these differ by their round-off alone, as where all goes along together.
+
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
         >>> edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
         >>> round(Calipers.of(edges, corners).strain(np.array([[0.0, 0.0], [-0.3, 0.4]])), 12)
         0.2
         """
         apart = np.ptp(np.unique(ways, axis=0) @ self.normals.T, axis=0)
-        return float((apart / self.widths).max())
+        return float((np.where(apart > ROUND_OFF * max_abs(ways), apart, 0.0) / self.widths).max())
 
 
 def across(facets: Floats) -> Floats:

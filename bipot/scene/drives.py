@@ -77,6 +77,11 @@ class Drives:
         return along + crossed(spin, arm) if spin.any() else along
 
     @property
+    def forced(self) -> Ints:
+        """The numbers of tools that forces drive."""
+        return self.tool[self.spins == 0]
+
+    @property
     def spins(self) -> Floats:
         """1/L (m,) of turns, 0 of translations."""
         return norm(angles_of(self.ways))
