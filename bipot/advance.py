@@ -13,7 +13,6 @@ from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
-from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
@@ -30,7 +29,7 @@ FEW = 0.5
 """Of the points at which one tool touches a body: another one that touches it at fewer does not carry it."""
 
 
-def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
+def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector] | Floats) -> Floats:
     """The v within all ``planes``, given by their normals, whose components along ``ways`` are nearest to ``asked``.
 
     It minimises sum (ways_i . v - asked_i)^2 and is the shortest of all minimisers.
@@ -118,7 +117,7 @@ class Advance:
             return np.zeros(scene.mesh.dimension)
         others = [s for s in scene.supports if not isinstance(s, Symmetry)]
         ways = [s.along(scene.mesh.dimension) for s in others]
-        return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], self._planes)
+        return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], scene.directions.planes)
 
     @cached_property
     def gone(self) -> Floats:
@@ -129,8 +128,10 @@ class Advance:
         and does not count, nor does one that a force drives, which goes with it. Without friction only normals count. A
         body from which all of them recede stays.
         """
-        contacts, size = self.candidates, self.candidates.scene.size
-        touching = touches(self.start.gap, size)
+        contacts, free = self.candidates, self.candidates.scene.directions.free
+        if not free.size:
+            return self.way
+        touching = touches(self.start.gap, contacts.scene.size)
         points = (contacts.owned & touching) @ contacts.share
         points[contacts.scene.drives.forced] = 0.0
         tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
@@ -138,7 +139,6 @@ class Advance:
         if not moving:
             return self.way
         normals = self.frames[touching[contacts.parts.owner], 0]
-        free = null_space(np.vstack([np.zeros(len(self.way)), self._held]), rcond=ROUND_OFF)
         if not contacts.mu[touching].any():
             free = free @ orth(free.T @ normals.T, rcond=ROUND_OFF)
         beyond = free @ shortest((self.travel[tools] - self.way) @ free)
@@ -154,19 +154,6 @@ class Advance:
     def led(self) -> Floats:
         """Coordinates (m,) of driven tools: along forces they go as a body that goes :attr:`gone`."""
         return self.candidates.scene.drives.ways[:, : len(self.gone)] @ self.gone
-
-    @property
-    def _held(self) -> Floats:
-        """Directions (h, d) along which supports and planes hold the body."""
-        scene, d = self.candidates.scene, self.candidates.scene.mesh.dimension
-        return np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
-
-    @property
-    def _planes(self) -> list[Vector]:
-        """Normals of the planes in which bodies stay: those of symmetry, and a ring moves along its axis."""
-        scene = self.candidates.scene
-        planes = [s.along(scene.mesh.dimension) for s in scene.supports if isinstance(s, Symmetry)]
-        return planes + [(1.0, 0.0)] * (scene.geometry is Geometry.AXISYMMETRIC)
 
     @cached_property
     def taken(self) -> Floats:
@@ -185,7 +172,7 @@ class Advance:
             return Carried.evenly(along)
         motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
         under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
-        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, self._held).carried()
+        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, scene.directions.held).carried()
         return ridden._replace(by=ridden.by + along)
 
     @cached_property

@@ -15,11 +15,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import null_space
 
 from bipot.errors import require
 from bipot.fem.axes import Axes
 from bipot.meshes.mesh import Mesh
-from bipot.scene.supports import Prescribed, Support, named
+from bipot.scene.supports import Prescribed, Support, Symmetry, named
 from bipot.tensors import norm
 from bipot.tools.surfaces import ACROSS
 from bipot.typing import Bools, Floats, Ints, max_abs, read_only
@@ -32,6 +33,27 @@ LEAST_SINE = 1e-3
 
 AGREES = 1e-12
 """Difference of two displacements, over the largest, that counts as round-off."""
+
+
+class Directions(NamedTuple):
+    """Unit vectors along which a body as a whole is kept in its place.
+
+    ``planes`` (p, d) are normals of planes in which it stays: those of symmetry, and a ring moves along its axis;
+    ``held`` (h, d) are these and those of supports, and ``free`` (d, f) is an orthonormal basis of what they leave.
+    """
+
+    planes: Floats
+    held: Floats
+    free: Floats
+
+    @staticmethod
+    def of(supports: Sequence[Support], dimension: int, ring: bool) -> Directions:
+        """Of the supports of a body."""
+        around = [np.eye(dimension)[0]] * ring
+        kept = [s.along(dimension) for s in supports if isinstance(s, Symmetry)]
+        planes = np.array([*kept, *around]).reshape(-1, dimension)
+        held = np.array([*(s.along(dimension) for s in supports), *around]).reshape(-1, dimension)
+        return Directions(planes, held, null_space(np.vstack([np.zeros(dimension), held]), rcond=PARALLEL))
 
 
 @dataclass(frozen=True)

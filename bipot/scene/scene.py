@@ -33,7 +33,7 @@ from bipot.scene.between_faces import Skin
 from bipot.scene.calipers import Calipers
 from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
-from bipot.scene.holding import Holding
+from bipot.scene.holding import Directions, Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure, magnitude
 from bipot.scene.paces import Moved, Paces, paces_of
@@ -129,6 +129,11 @@ class Scene:
     def holding(self) -> Holding:
         """The displacements that all supports together hold or drive, node by node."""
         return Holding.of(self.supports, self.mesh)
+
+    @cached_property
+    def directions(self) -> Directions:
+        """Along which supports and planes of symmetry keep the body as a whole, and along which it may go."""
+        return Directions.of(self.supports, self.mesh.dimension, self.ring)
 
     @cached_property
     def planes(self) -> tuple[Mirror, ...]:
