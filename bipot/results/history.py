@@ -198,14 +198,26 @@ def open(path: str | Path, command: str = "") -> History:
     return read(file, lambda run: _history(file, run))
 
 
+def settled(path: str | Path) -> Path:
+    """The absolute path, which stays the same when the process changes its working directory.
+
+    Raises:
+        ResultsError: it is relative, and the working directory is gone.
+    """
+    try:
+        return Path(path).absolute()
+    except OSError as error:
+        raise ResultsError(f"{path}: cannot be read or written (no working directory: {error.strerror})") from error
+
+
 def run_file(path: str | Path) -> Path:
-    """The run file of a folder, or itself.
+    """The run file of a folder, or itself, as an absolute path.
 
     Raises:
         ResultsError: it is one of an older version, which is not read; or the system refuses the name.
     """
     require_path(path)
-    path = Path(path)
+    path = settled(path)
     old = path if path.name == OLD else path / OLD
     new = old.with_name(FIELDS)
     try:
