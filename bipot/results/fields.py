@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.control.accepted import Accepted
 from bipot.control.course import Course
+from bipot.energy import ended_forces
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.laws.coulomb import Status
 from bipot.meshes.mesh import Mesh
@@ -44,11 +45,11 @@ class StoredStep:
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
-        placed = system.body.space.gradients(state.nodes)
+        placed = system.body.space.gradients(scene.balanced(state.nodes - state.du, state.du))
         tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
         frames = system.candidates.frames_at(state.nodes, poses)
-        forces = system.candidates.vectors(state.forces, frames)
+        forces = system.candidates.vectors(ended_forces(system, state), frames)
         return StoredStep(course, forces, state.gap, tractions, placed.volume, poses)
 
     @staticmethod
