@@ -68,7 +68,7 @@ class ContactTraction:
 def traction(iterate: Iterate, r: Floats) -> ContactTraction:
     """Traction and status for contact forces r (c, d) of all candidates at the iterate, where it is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
-    rows, known = iterate.rows, iterate.increment.dragged.any(axis=1)
+    rows, known = iterate.rows, (iterate.increment.dragged != 0).any(axis=1)
     acting, motion = iterate.rubbed(r), np.column_stack([iterate.motion[:, 0], iterate.slipped])
     candidates = iterate.increment.system.candidates
     pressure, shear = tractions(candidates, iterate.balanced, acting, carries(r), rows, known)

@@ -64,7 +64,7 @@ def test_what_is_recorded_though_its_copy_failed_is_not_recorded_again(accepted,
         whole = copy.read_text()
         copy.unlink()
         copy.mkdir()
-        with pytest.raises(ResultsError, match="2 increments are recorded; make room and resume"):
+        with pytest.raises(ResultsError, match="increments up to 2 are recorded; make room and resume"):
             out.record(accepted[1])
         copy.rmdir()
         copy.write_text(whole)

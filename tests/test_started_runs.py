@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from bipot import (
     Configuration,
@@ -15,10 +16,14 @@ from bipot import (
     VonMises,
     block,
     march,
+    plot,
 )
+from bipot.errors import ResultsError
+from bipot.hdf5 import journal
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.results.columns import INCREMENT
+from tests.recording import recorder
 
 AVERAGED = ("stress", "plastic_strain", "mises", "pressure", "peeq")
 TOOL = FlatTool((0.0, 2.0), (0.0, -1.0), (0.02, -0.2), ("top",), mu=0.2)
@@ -46,3 +51,23 @@ def test_averages_of_step_zero_have_the_weights_of_the_step_it_goes_on_from(tmp_
     for name in AVERAGED:
         np.testing.assert_array_equal(begun.cell(name), there.cell(name), err_msg=name)
         np.testing.assert_array_equal(begun.nodal(name), there.nodal(name), err_msg=name)
+
+
+def test_increments_are_called_by_their_numbers_in_the_march(tmp_path, marched, monkeypatch):
+    with recorder(tmp_path / "run", start=marched[3].course) as out:
+        out.record(marched[4])
+        assert out.on_disk == 5
+        out.record(marched[5])
+        monkeypatch.setattr(journal, "_put", full)
+        with pytest.raises(ResultsError, match="increments up to 6 are recorded; make room"):
+            out.record(marched[6])
+    run = open_results(tmp_path / "run")
+    assert (len(run), run["increment"].tolist()) == (2, [5, 6])
+    ax = Figure().add_subplot()
+    plot.contour(run, "mises", ax=ax)
+    assert ax.get_title().startswith("increment 6, reduction")
+
+
+def full(*_):
+    """What a full disk says."""
+    raise OSError(28, "No space left on device")

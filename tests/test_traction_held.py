@@ -65,7 +65,8 @@ def test_the_cap_of_constant_shear_acts_there_too():
 
 def test_in_space_the_length_of_the_shear_is_that_of_both_tangents():
     tool = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.03, 0.04, -SINKS), ("top",), MU)
-    supports = tuple(Support(face, axis) for face in ("base", "top") for axis in (0, 1)) + (Support("base", 2),)
+    sideways = (Support(face, axis) for face in ("base", "top") for axis in (0, 1))
+    supports = (*sideways, Support("base", 2))
     *_, last = march(Scene(brick(2.0, 2.0, 1.0, 2, 2, 1), Geometry.SOLID, STEEL, supports, (tool,)), Schedule(2))
     found = last.traction
     np.testing.assert_allclose(found.recovered_shear, MU * found.recovered_pressure, rtol=1e-12)

@@ -93,9 +93,12 @@ def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineColle
 
 
 def moment(result: History, snapshot: Snapshot) -> str:
-    """The step in words: by its reduction if the run has it, else by its pseudo-time."""
+    """The step in words: by increment and reduction if the run has it, else by its pseudo-time.
+
+    A run that begins in the middle of a march counts its increments on, its steps from zero.
+    """
     if "reduction" in result.columns and snapshot.step > 0:
-        return f"increment {snapshot.step}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
+        return f"increment {snapshot.course.number}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
 
 

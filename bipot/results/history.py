@@ -238,7 +238,7 @@ def _history(file: Path, run: Run) -> History:
     complete, note = count > 1 and float(times[-1]) == 1, ""
     if journal_of(file).exists():
         ended = "completed from its journal" if pages_in(file) else "not begun"
-        note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"
+        note = f"the last write was interrupted and is {ended}: the run's {rows} increments are whole"
     return History(
         file, text, found, about["parameters"], about["units"], about["scene"], times, complete, note, run.format()
     )

@@ -202,7 +202,7 @@ class Recorder:
 
     @property
     def _so_far(self) -> str:
-        return f"{self.on_disk} increments are recorded; make room and resume"
+        return f"increments up to {self.on_disk} are recorded; make room and resume"
 
     def _copy(self, lines: str) -> None:
         """Append lines to the table of people."""
