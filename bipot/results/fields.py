@@ -22,6 +22,9 @@ from bipot.typing import Floats, einsum
 
 NO_CANDIDATE = -1
 
+SINGLE = 1e-20, 1e20
+"""Young's moduli with which single precision, from 1e-38 to 3e38, has any stress."""
+
 
 @dataclass(frozen=True)
 class StoredStep:
@@ -72,9 +75,12 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
     Where two tools share a node, the fields are those of the one that pushes harder, except for the force, which is the
-    sum. The ``values`` (:func:`together`) after ``averaging`` are stored in single precision.
+    sum. The ``values`` (:func:`together`) after ``averaging`` are stored in single precision, unless that has no such
+    stress.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
+    least, most = SINGLE
+    kind = np.float32 if least <= system.body.scene.material.elasticity.young <= most else np.float64
     order = np.argsort(state.forces[:, 0], kind="stable")
     node, count = candidates.node[order], len(mesh.nodes)
 
@@ -91,7 +97,7 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
         "status": scatter(step.tractions.status, NO_CANDIDATE),
-        **_apart(averaging(step.volume, values), np.float32),
+        **_apart(averaging(step.volume, values), kind),
     }
 
 
