@@ -34,7 +34,7 @@ from bipot.contact.sampling import hat_areas
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
-from bipot.laws.coulomb import force_threshold, status
+from bipot.laws.coulomb import Status, force_threshold, status
 from bipot.laws.projections import project_disc
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm
@@ -55,7 +55,7 @@ class ContactTraction:
 
     The tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact
     line. ``status`` holds :class:`bipot.laws.coulomb.Status` values, decided with ``force_tol`` (force) and
-    ``slip_tol`` (length).
+    ``slip_tol`` (length); a weld sticks, also where it pulls.
     """
 
     recovered_pressure: Floats
@@ -73,6 +73,9 @@ def traction(iterate: Iterate, r: Floats) -> ContactTraction:
     candidates = iterate.increment.system.candidates
     pressure, shear = tractions(candidates, iterate.balanced, acting, carries(r), rows, known)
     state = status(acting, motion, 0.0, rows.mu, force_tol, slip_tol, rows.cap)
+    # Also one that pulls, which the law of contact knows not.
+    glued = rows.tied & (norm(motion) <= slip_tol) & (norm(acting) > force_tol)
+    state[glued] = Status.STICK
     return ContactTraction(pressure, shear, state, force_tol, slip_tol)
 
 

@@ -200,7 +200,7 @@ def contact_traction(
     boundaries that may touch the tool, from the end that is nearer to the axis or farther to the left. Shear is
     positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction, and the
     lines end there. Where no edge is on it, as with a single node in contact, the picture says so. A node that two
-    tools share has the traction of the one that pushes harder.
+    tools share has the traction of the one with the larger normal force.
 
     Raises:
         SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.

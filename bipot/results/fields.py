@@ -74,14 +74,14 @@ class StoredStep:
 def point_fields(system: System, step: StoredStep, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
-    Where two tools share a node, the fields are those of the one that pushes harder, except for the force, which is the
-    sum. The ``values`` (:func:`together`) after ``averaging`` are stored in single precision, unless that has no such
-    stress.
+    Where two tools share a node, the fields are those of the one with the larger normal force, or of the nearer one
+    where neither has any, except for the force, which is the sum. The ``values`` (:func:`together`) after ``averaging``
+    are stored in single precision, unless that has no such stress.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     least, most = SINGLE
     kind = np.float32 if least <= system.body.scene.material.elasticity.young <= most else np.float64
-    order = np.argsort(state.forces[:, 0], kind="stable")
+    order = np.lexsort((-step.gap, np.abs(state.forces[:, 0])))
     node, count = candidates.node[order], len(mesh.nodes)
 
     def scatter(values: NDArray[Any], empty: float) -> NDArray[Any]:
