@@ -143,8 +143,7 @@ def _drawn(result: History, asked: argparse.Namespace, path: Path) -> bytes:
 
 
 def _lines(result: History) -> Iterator[str]:
-    state = "complete" if result.complete else "not complete"
-    yield f"{result.file}: {state}, {len(result)} increments to tau = {result.times[-1]:g}"
+    yield f"{result.file}: {result.progress}"
     if result.note:
         yield result.note
     mesh = result.mesh

@@ -53,6 +53,16 @@ def test_importing_and_opening_needs_no_pandas_and_a_frame_says_so(recorded, mon
         opened.frame()
 
 
+def test_a_run_and_its_steps_are_told_in_a_line_and_compared_by_what_they_are(recorded, run):
+    assert repr(run) == f"History('{recorded / 'run.vtkhdf'}': complete, {len(run)} increments to tau = 1)"
+    again = bipot.results.open(recorded)
+    assert run == run
+    assert run != again
+    assert len({run, again}) == 2
+    assert len(repr(run.at())) < 500
+    assert run.at() == again.at()
+
+
 def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
     reductions = run["reduction"]
     for row, reduction in enumerate(reductions):

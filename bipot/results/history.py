@@ -36,7 +36,7 @@ REDUCTION, TAU = "reduction", "tau"
 """The columns by which :meth:`History.at` finds a step by default."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class History:
     """A run read back: its columns as arrays (n,), its parameters and units, and its states.
 
@@ -55,6 +55,16 @@ class History:
     complete: bool
     note: str = ""
     format: int = FORMAT
+
+    def __repr__(self) -> str:
+        """In one line, without the columns."""
+        return f"History({str(self.file)!r}: {self.progress})"
+
+    @property
+    def progress(self) -> str:
+        """How far the run went, in words."""
+        state = "complete" if self.complete else "not complete"
+        return f"{state}, {len(self)} increments to tau = {self.times[-1]:g}"
 
     @property
     def folder(self) -> Path:
