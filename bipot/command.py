@@ -22,7 +22,7 @@ from bipot.errors import BipotError, ResultsError, SceneError
 from bipot.plot.animation import GIF
 from bipot.results import History
 from bipot.results import open as open_results
-from bipot.results.history import FIELDS
+from bipot.results.history import FIELDS, in_digits
 
 REFUSED = 2
 """Exit code where something is refused, as argparse has it."""
@@ -106,8 +106,7 @@ def _name(asked: argparse.Namespace) -> str:
     if asked.by is not None:
         words.append(asked.by.replace("/", "_"))
     if asked.at is not None:
-        short = f"{asked.at:g}"
-        words.append(short if float(short) == asked.at else repr(asked.at))
+        words.append(in_digits(asked.at))
     return "_".join(words)
 
 

@@ -1,6 +1,7 @@
 """A run opened: a frame of its columns, steps by value, fields by name at nodes and points; tools as moving lines."""
 
 import sys
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -95,6 +96,13 @@ def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
 def test_values_that_are_not_recorded_are_refused(run, value, by, words):
     with pytest.raises(SceneError, match=words):
         run.at(value, by)
+
+
+def test_a_range_is_told_in_all_digits_where_few_would_hold_the_value_that_is_refused(run):
+    ends = 0.2 * (1 - 1e-15)
+    stroke = {**run.columns, "stroke": run["reduction"] * (1 - 1e-15)}
+    with pytest.raises(SceneError, match=rf"stroke = 0\.2: must be in \[.*, {ends!r}\], what is recorded"):
+        replace(run, columns=stroke).at(0.2, by="stroke")
 
 
 def test_fields_of_integration_points_are_those_of_the_state(run, marched):

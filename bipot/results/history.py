@@ -129,8 +129,8 @@ class History:
         if value is None:
             return self._step(len(self))
         require_number(value, by)
-        inside = known[0] <= value <= known[-1]
-        require(bool(inside), by, value, f"in [{known[0]:g}, {known[-1]:g}], what is recorded")
+        least, most = known[0].item(), known[-1].item()
+        require(least <= value <= most, by, value, f"in [{in_digits(least)}, {in_digits(most)}], what is recorded")
         return self._step(int(np.argmin(np.abs(known - value))) + (by != TAU))
 
     def snapshot(self, row: int = -1) -> Snapshot:
@@ -193,6 +193,12 @@ class History:
     @property
     def _told(self) -> Told:
         return Told(self.file, self.text)
+
+
+def in_digits(number: float) -> str:
+    """A number in few digits where these are all of it."""
+    short = f"{number:g}"
+    return short if float(short) == number else repr(number)
 
 
 def open(path: str | Path, command: str = "") -> History:
