@@ -8,7 +8,7 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bipot import Circle, Schedule, ShapedTool, block, march, plot
+from bipot import Circle, FlatTool, Schedule, ShapedTool, Support, block, march, plot
 from bipot.errors import SceneError
 from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element, elements_of
@@ -138,12 +138,33 @@ def test_a_picture_without_an_edge_in_contact_says_so(run, tmp_path, ax):
 @pytest.mark.parametrize("element", [Element.Q4, Element.T6])
 def test_boundaries_are_followed_along_the_surface(element):
     mesh = block(3.0, 1.0, 3, 2, element=element)
-    (around,) = chains(mesh, ["left", "top", "right"], mesh.nodes)
+    (around,) = chains(mesh, ["left", "top", "right"])
     np.testing.assert_array_equal(mesh.nodes[around[[0, -1]]], [(0.0, 0.0), (3.0, 0.0)])
     assert np.linalg.norm(np.diff(mesh.nodes[around], axis=0), axis=1).sum() == pytest.approx(5.0)
-    assert sorted(len(path) for path in chains(mesh, ["left", "right"], mesh.nodes)) == [3, 3] or element.quadratic
-    (closed,) = chains(mesh, list(mesh.boundaries), mesh.nodes)
+    assert sorted(len(path) for path in chains(mesh, ["left", "right"])) == [3, 3] or element.quadratic
+    (closed,) = chains(mesh, list(mesh.boundaries))
     assert closed[0] == closed[-1]
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_an_upright_surface_is_followed_from_below_in_every_step(tmp_path, side, ax):
+    """Its ends are one above the other at rest, and either may come to be on the left: here by the push of a wall."""
+    wall = {"left": FlatTool((0.0, 0.0), (1.0, 0.0), (0.02, 0.0), ("left",), 0.3)}
+    wall["right"] = FlatTool((1.0, 0.0), (-1.0, 0.0), (-0.02, 0.0), ("right",), 0.3)
+    held = Support("right" if side == "left" else "left", 0)
+    given = scene(mesh=block(1.0, 1.0, 2, 2), supports=(held, Support("base", 1)), tools=(wall[side],))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    run = open_results(tmp_path)
+    for tau in run.times[1:]:
+        ax.clear()
+        pressure, _ = plot.contact_traction(run, tau, ax, by="tau")
+        step = run.at(tau, by="tau")
+        along = given.mesh.boundary_nodes(side)
+        along = along[np.argsort(step.nodes[along, 1])]
+        np.testing.assert_array_equal(pressure.get_ydata()[:-1], step.nodal("contact_pressure")[along])
+        np.testing.assert_allclose(pressure.get_xdata()[:-1], step.nodes[along, 1], atol=1e-9)
 
 
 @pytest.mark.slow

@@ -34,6 +34,9 @@ PIECES = 4
 SHRUNK = 0.8
 """Height of the colour bar, since the body seldom is as high as its axes."""
 
+UPRIGHT = 1e-9
+"""Distance across of the ends of a surface that is upright, over the size of the body."""
+
 MARGIN = 0.08
 """Margin around the body over its size."""
 
@@ -197,10 +200,11 @@ def contact_traction(
     """Draw pressure and shear at the candidates of a tool over the arc of the body's surface, as (pressure, shear).
 
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
-    boundaries that may touch the tool, from the end that is nearer to the axis or farther to the left. Shear is
-    positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction, and the
-    lines end there. Where no edge is on it, as with a single node in contact, the picture says so. A node that two
-    tools share has the traction of the one with the larger normal force.
+    boundaries that may touch the tool, in every step from the end that at rest is nearer to the axis or farther to the
+    left, of an upright surface from the lower one. Shear is positive along (n_y, -n_x), n from the tool into the body.
+    Nodes off the contact line have no traction, and the lines end there. Where no edge is on it, as with a single node
+    in contact, the picture says so. A node that two tools share has the traction of the one with the larger normal
+    force.
 
     Raises:
         SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
@@ -212,7 +216,7 @@ def contact_traction(
     snapshot, axes = result.at(at, by), axes_of(ax)
     nodes, known = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE
     names = result.scene["tools"][tool]["candidates"]
-    paths = [path[known[path]] for path in chains(result.mesh, names, nodes)]
+    paths = [path[known[path]] for path in chains(result.mesh, names)]
     arcs = _arcs(paths, nodes)
     drawn = []
     for name, style in (("contact_pressure", "o-"), ("contact_shear", "s--")):
@@ -231,10 +235,11 @@ def contact_traction(
     return drawn[0], drawn[1]
 
 
-def chains(mesh: Mesh, names: list[str], nodes: Floats) -> list[Ints]:
+def chains(mesh: Mesh, names: list[str]) -> list[Ints]:
     """Nodes in order along the boundaries of those names: one array for each connected part.
 
-    Each begins at its end with the smaller first coordinate; a closed one begins anywhere.
+    Each begins at its end with the smaller first coordinate at rest, of two on one vertical at the lower one; a closed
+    one begins anywhere.
     """
     edges = np.unique(np.concatenate([mesh.surface(name)[0] for name in names]), axis=0)
     ahead = {int(edge[0]): edge for edge in edges}
@@ -246,7 +251,9 @@ def chains(mesh: Mesh, names: list[str], nodes: Floats) -> list[Ints]:
             edge = ahead.pop(node)
             path += edge[1:].tolist()
             node = int(edge[-1])
-        found.append(np.array(path if nodes[path[0], 0] <= nodes[path[-1], 0] else path[::-1]))
+        first, last = mesh.nodes[path[0]], mesh.nodes[path[-1]]
+        k = int(abs(first[0] - last[0]) <= UPRIGHT * mesh.size)
+        found.append(np.array(path if first[k] <= last[k] else path[::-1]))
     return found
 
 
