@@ -8,7 +8,7 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bipot import Circle, FlatTool, Schedule, ShapedTool, Support, block, march, plot
+from bipot import Circle, FlatTool, Mesh, Prescribed, Sampling, Schedule, ShapedTool, Support, block, march, plot
 from bipot.errors import SceneError
 from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element, elements_of
@@ -144,6 +144,34 @@ def test_boundaries_are_followed_along_the_surface(element):
     assert sorted(len(path) for path in chains(mesh, ["left", "right"])) == [3, 3] or element.quadratic
     (closed,) = chains(mesh, list(mesh.boundaries))
     assert closed[0] == closed[-1]
+
+
+@pytest.mark.parametrize(
+    ("sampling", "element"),
+    [(Sampling.NODES, Element.Q4), (Sampling.NODES, Element.Q9), (Sampling.WEIGHTED, Element.Q9)],
+)
+def test_the_lines_of_tractions_end_where_a_support_holds_the_surface(tmp_path, sampling, element, ax):
+    """At the middle of the top, which is held: what is left and right of it is not joined."""
+    mesh = block(6.0, 1.0, 6, 1, element=element)
+    top = mesh.boundary("top")
+    below = mesh.nodes[top, 0].max(axis=1) <= 4.0 + 1e-9
+    held = top[below & (mesh.nodes[top, 0].min(axis=1) >= 2.0 - 1e-9)]
+    named = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "held": held})
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.001), ("top",), 0.1, sampling=sampling)
+    supports = (Support("base", 0), Support("base", 1), Prescribed("held", 1, -0.002))
+    given = scene(mesh=named, supports=supports, tools=(tool,))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    pressure, shear = plot.contact_traction(open_results(tmp_path), ax=ax)
+    for line in (pressure, shear):
+        x, y = line.get_data()
+        known = np.isfinite(y)
+        assert known[x < 1.5].any()
+        assert known[x > 4.5].any()
+        last, first = np.flatnonzero(known & (x < 3.0))[-1], np.flatnonzero(known & (x > 3.0))[0]
+        assert not known[(x > 2.2) & (x < 3.8)].any()
+        assert np.isnan(y[last + 1 : first]).any()
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

@@ -21,6 +21,7 @@ from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
 from bipot.results.names import AXES, FIELDS, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
+from bipot.tools.tool import Sampling
 from bipot.typing import Floats, Ints, as_numbers
 
 if TYPE_CHECKING:
@@ -202,9 +203,9 @@ def contact_traction(
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
     boundaries that may touch the tool, in every step from the end that at rest is nearer to the axis or farther to the
     left, of an upright surface from the lower one. Shear is positive along (n_y, -n_x), n from the tool into the body.
-    Nodes off the contact line have no traction, and the lines end there. Where no edge is on it, as with a single node
-    in contact, the picture says so. A node that two tools share has the traction of the one with the larger normal
-    force.
+    Nodes off the contact line, or held by a support, have no traction, and the lines end there. Where no edge is on
+    the line, as with a single node in contact, the picture says so. A node that two tools share has the traction of the
+    one with the larger normal force.
 
     Raises:
         SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
@@ -214,9 +215,11 @@ def contact_traction(
     require_count(tool, "tool", 0)
     require(tool < count, "tool", tool, f"in [0, {count}), the run's tools")
     snapshot, axes = result.at(at, by), axes_of(ax)
-    nodes, known = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE
-    names = result.scene["tools"][tool]["candidates"]
-    paths = [path[known[path]] for path in chains(result.mesh, names)]
+    nodes, shown, told = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE, result.scene["tools"][tool]
+    # Lines end at what supports hold. Means have no points at the middle of edges, and lines go on there.
+    edges = result.mesh.edges(*told["candidates"])
+    shown[edges[:, [0, -1]] if told.get("sampling") == Sampling.WEIGHTED else edges] = True
+    paths = [path[shown[path]] for path in chains(result.mesh, told["candidates"])]
     arcs = _arcs(paths, nodes)
     drawn = []
     for name, style in (("contact_pressure", "o-"), ("contact_shear", "s--")):
