@@ -63,7 +63,8 @@ def _run(argv: Sequence[str] | None) -> int:
 
 def info(result: History) -> str:
     """Summary of a run: its progress, parameters, columns with their last values, and fields with units."""
-    return "\n".join(_lines(result))
+    # A line each, whatever names and values hold.
+    return "\n".join(line.replace("\r", "\\r").replace("\n", "\\n") for line in _lines(result))
 
 
 def add_picture_options(parser: argparse.ArgumentParser) -> None:
