@@ -22,7 +22,7 @@ from bipot.errors import BipotError, ResultsError, SceneError
 from bipot.plot.animation import GIF
 from bipot.results import History
 from bipot.results import open as open_results
-from bipot.results.history import FIELDS
+from bipot.results.history import FIELDS, in_digits
 
 REFUSED = 2
 """Exit code where something is refused, as argparse has it."""
@@ -63,7 +63,8 @@ def _run(argv: Sequence[str] | None) -> int:
 
 def info(result: History) -> str:
     """Summary of a run: its progress, parameters, columns with their last values, and fields with units."""
-    return "\n".join(_lines(result))
+    # A line each, whatever names and values hold.
+    return "\n".join(line.replace("\r", "\\r").replace("\n", "\\n") for line in _lines(result))
 
 
 def add_picture_options(parser: argparse.ArgumentParser) -> None:
@@ -106,8 +107,7 @@ def _name(asked: argparse.Namespace) -> str:
     if asked.by is not None:
         words.append(asked.by.replace("/", "_"))
     if asked.at is not None:
-        short = f"{asked.at:g}"
-        words.append(short if float(short) == asked.at else repr(asked.at))
+        words.append(in_digits(asked.at))
     return "_".join(words)
 
 
@@ -143,8 +143,7 @@ def _drawn(result: History, asked: argparse.Namespace, path: Path) -> bytes:
 
 
 def _lines(result: History) -> Iterator[str]:
-    state = "complete" if result.complete else "not complete"
-    yield f"{result.file}: {state}, {len(result)} increments to tau = {result.times[-1]:g}"
+    yield f"{result.file}: {result.progress}"
     if result.note:
         yield result.note
     mesh = result.mesh

@@ -60,6 +60,8 @@ from bipot.fem.assembly import element_force
 from bipot.increment import Solved
 from bipot.iterate import Increment, Iterate
 from bipot.response import State
+from bipot.schedule import ROUND_OFF
+from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats, vdot
 
@@ -99,7 +101,7 @@ class Energies:
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
-        against = np.vecdot(r[:, 1:], slipped(solved.iterate))
+        against = np.vecdot(r[:, 1:], solved.iterate.slipped)
         touching = in_touch(start, solved.iterate, solved.r)
         aloft = float((1 - touching) @ against)
         more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
@@ -128,7 +130,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
         return vdot(contacts.sums(pushed), travel) + vdot(r[:, 0], opened)
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
-    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], slipped(solved.iterate))
+    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], solved.iterate.slipped)
     done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
     closing = ~touches(start.gap, increment.system.body.scene.size)
     return float(np.where(closing, taken, done).sum())
@@ -174,6 +176,20 @@ def start_forces(start: State, increment: Increment) -> Floats:
     return rubbed(start.forces, start_limit(start, increment), increment.dragged)
 
 
+def ended_forces(system: System, state: State) -> Floats:
+    """Contact forces (c, d) of a state, with friction between tool and support against the slip that led there.
+
+    That friction is no part of the state. Where an increment began at a kink, round-off of its length is no motion
+    before it.
+    """
+    scene, begun = system.body.scene, state.tau - state.length
+    begun = next((kink for kink in scene.kinks if abs(kink - begun) <= ROUND_OFF), begun)
+    slip = Increment(system, replace(state, tau=begun), state.tau).dragged
+    if not slip.any():
+        return state.forces
+    return rubbed(state.forces, start_limit(state, Increment(system, state, state.tau)), slip)
+
+
 def start_limit(start: State, increment: Increment) -> Floats:
     """Largest friction forces s_0 (c,) under the forces of the start, with the caps there; 0 where tied."""
     rows = increment.rows
@@ -188,15 +204,10 @@ def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats
     Of the slip the part ``touching`` (c,) rubs, :func:`in_touch`.
     """
     increment, ended = iterate.increment, iterate.rubbed(r)
-    slip, begun = slipped(iterate), start_forces(start, increment)
+    slip, begun = iterate.slipped, start_forces(start, increment)
     holds = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
     gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
     return float(gap[~holds] @ touching[~holds])
-
-
-def slipped(iterate: Iterate) -> Floats:
-    """Slips (c, d - 1), known ones included."""
-    return iterate.motion[:, 1:] + iterate.increment.dragged
 
 
 def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:

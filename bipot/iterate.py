@@ -216,6 +216,11 @@ class Iterate:
         motion = self.meeting.motion
         return np.column_stack([motion[:, 0], np.where(self.rows.rubs[:, None], motion[:, 1:], 0.0)])
 
+    @property
+    def slipped(self) -> Floats:
+        """Slips (c, d - 1) of all candidates, known ones included."""
+        return self.motion[:, 1:] + self.increment.dragged
+
     @cached_property
     def balanced(self) -> Floats:
         """The configuration (a, d) in which equilibrium is asked."""

@@ -16,8 +16,9 @@ that of the forces, so a slipping node is on the envelope. At the axis of a ring
 where A_i is less than :data:`LEAST_SHARE` of the edges around, the node takes their mean, of order one. Other
 recoveries are in ``studies.recovered``.
 
-Where a support or symmetry holds the tangent, the shear is zero: the support carries that force, not the tool. A mean's
-tangent is held where that of all its nodes is; where only some are held, it rubs by the others.
+Where a support or symmetry holds the tangent and the tool does not move along it, the shear is zero. Where tool and
+support move along each other, it is the friction between them, of which no unknown knows. A mean's tangent is held
+where that of all its nodes is; where only some are held, it rubs by the others.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from bipot.contact.sampling import hat_areas
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
-from bipot.laws.coulomb import force_threshold, status
+from bipot.laws.coulomb import Status, force_threshold, status
 from bipot.laws.projections import project_disc
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm
@@ -54,7 +55,7 @@ class ContactTraction:
 
     The tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact
     line. ``status`` holds :class:`bipot.laws.coulomb.Status` values, decided with ``force_tol`` (force) and
-    ``slip_tol`` (length).
+    ``slip_tol`` (length); a weld sticks, also where it pulls.
     """
 
     recovered_pressure: Floats
@@ -67,16 +68,28 @@ class ContactTraction:
 def traction(iterate: Iterate, r: Floats) -> ContactTraction:
     """Traction and status for contact forces r (c, d) of all candidates at the iterate, where it is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
-    rows = iterate.rows
-    pressure, shear = tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r), rows)
-    state = status(r, iterate.motion, 0.0, rows.mu, force_tol, slip_tol, rows.cap)
+    rows, known = iterate.rows, (iterate.increment.dragged != 0).any(axis=1)
+    acting, motion = iterate.rubbed(r), np.column_stack([iterate.motion[:, 0], iterate.slipped])
+    candidates = iterate.increment.system.candidates
+    pressure, shear = tractions(candidates, iterate.balanced, acting, carries(r), rows, known)
+    state = status(acting, motion, 0.0, rows.mu, force_tol, slip_tol, rows.cap)
+    # Also one that pulls, which the law of contact knows not.
+    glued = rows.tied & (norm(motion) <= slip_tol) & (norm(acting) > force_tol)
+    state[glued] = Status.STICK
     return ContactTraction(pressure, shear, state, force_tol, slip_tol)
 
 
 def tractions(
-    candidates: Candidates, nodes: Floats, r: Floats, closed: Bools, rows: ContactRows | None = None
+    candidates: Candidates,
+    nodes: Floats,
+    r: Floats,
+    closed: Bools,
+    rows: ContactRows | None = None,
+    known: Bools | None = None,
 ) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) of forces r (c, d) on the line through ``closed`` candidates, NaN elsewhere.
+
+    Where supports hold the tangent there is a shear if the slip is ``known`` (c,) all the same.
 
     They are projected, so sign and cone (or its part below a cap of ``rows``) hold to the last digit for any forces.
     Where Coulomb's law holds, the projection only removes the round-off of an accepted increment. A weld may also pull:
@@ -84,6 +97,7 @@ def tractions(
     have the forces' resultant; r contains the tension.
     """
     mu = candidates.mu if rows is None else _quotients(candidates.mu, r, rows)
+    rubbing = candidates.tangent_free if known is None else candidates.tangent_free | known
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):
         edges = contact_edges(candidates, number, closed)
@@ -96,7 +110,7 @@ def tractions(
             found = nodal_tractions(nodes[candidates.node], edges, candidates.scene.geometry, r)
         pressure[line] = np.maximum(found[line, 0], 0.0)
         limit = np.multiply(mu, pressure, out=np.full(len(r), np.inf), where=np.isfinite(mu))
-        limit[~candidates.tangent_free] = 0.0
+        limit[~rubbing] = 0.0
         along = project_disc(found[line, 1:], limit[line])
         shear[line] = component(along)
     return pressure, shear

@@ -149,7 +149,9 @@ def test_a_full_disk_leaves_what_was_recorded_and_the_run_goes_on_when_there_is_
         out.record(marched[0])
         with monkeypatch.context() as patched:
             patched.setattr(journal.os, "write", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left")))
-            with pytest.raises(ResultsError, match=r"cannot be written .*No space left.* 1 increments are recorded"):
+            with pytest.raises(
+                ResultsError, match=r"cannot be written .*No space left.* increments up to 1 are recorded"
+            ):
                 out.record(marched[1])
         # What was half appended must not be taken for a step later.
         with pytest.raises(ResultsError, match="nothing more is written"):

@@ -1,6 +1,7 @@
 """A run opened: a frame of its columns, steps by value, fields by name at nodes and points; tools as moving lines."""
 
 import sys
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -53,6 +54,16 @@ def test_importing_and_opening_needs_no_pandas_and_a_frame_says_so(recorded, mon
         opened.frame()
 
 
+def test_a_run_and_its_steps_are_told_in_a_line_and_compared_by_what_they_are(recorded, run):
+    assert repr(run) == f"History('{recorded / 'run.vtkhdf'}': complete, {len(run)} increments to tau = 1)"
+    again = bipot.results.open(recorded)
+    assert run == run
+    assert run != again
+    assert len({run, again}) == 2
+    assert len(repr(run.at())) < 500
+    assert run.at() == again.at()
+
+
 def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
     reductions = run["reduction"]
     for row, reduction in enumerate(reductions):
@@ -85,6 +96,13 @@ def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
 def test_values_that_are_not_recorded_are_refused(run, value, by, words):
     with pytest.raises(SceneError, match=words):
         run.at(value, by)
+
+
+def test_a_range_is_told_in_all_digits_where_few_would_hold_the_value_that_is_refused(run):
+    ends = 0.2 * (1 - 1e-15)
+    stroke = {**run.columns, "stroke": run["reduction"] * (1 - 1e-15)}
+    with pytest.raises(SceneError, match=rf"stroke = 0\.2: must be in \[.*, {ends!r}\], what is recorded"):
+        replace(run, columns=stroke).at(0.2, by="stroke")
 
 
 def test_fields_of_integration_points_are_those_of_the_state(run, marched):

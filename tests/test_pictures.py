@@ -8,7 +8,7 @@ from matplotlib import pyplot
 from matplotlib.figure import Figure
 from PIL import Image
 
-from bipot import Circle, Schedule, ShapedTool, block, march, plot
+from bipot import Circle, FlatTool, Mesh, Prescribed, Sampling, Schedule, ShapedTool, Support, block, march, plot
 from bipot.errors import SceneError
 from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element, elements_of
@@ -138,12 +138,61 @@ def test_a_picture_without_an_edge_in_contact_says_so(run, tmp_path, ax):
 @pytest.mark.parametrize("element", [Element.Q4, Element.T6])
 def test_boundaries_are_followed_along_the_surface(element):
     mesh = block(3.0, 1.0, 3, 2, element=element)
-    (around,) = chains(mesh, ["left", "top", "right"], mesh.nodes)
+    (around,) = chains(mesh, ["left", "top", "right"])
     np.testing.assert_array_equal(mesh.nodes[around[[0, -1]]], [(0.0, 0.0), (3.0, 0.0)])
     assert np.linalg.norm(np.diff(mesh.nodes[around], axis=0), axis=1).sum() == pytest.approx(5.0)
-    assert sorted(len(path) for path in chains(mesh, ["left", "right"], mesh.nodes)) == [3, 3] or element.quadratic
-    (closed,) = chains(mesh, list(mesh.boundaries), mesh.nodes)
+    assert sorted(len(path) for path in chains(mesh, ["left", "right"])) == [3, 3] or element.quadratic
+    (closed,) = chains(mesh, list(mesh.boundaries))
     assert closed[0] == closed[-1]
+
+
+@pytest.mark.parametrize(
+    ("sampling", "element"),
+    [(Sampling.NODES, Element.Q4), (Sampling.NODES, Element.Q9), (Sampling.WEIGHTED, Element.Q9)],
+)
+def test_the_lines_of_tractions_end_where_a_support_holds_the_surface(tmp_path, sampling, element, ax):
+    """At the middle of the top, which is held: what is left and right of it is not joined."""
+    mesh = block(6.0, 1.0, 6, 1, element=element)
+    top = mesh.boundary("top")
+    below = mesh.nodes[top, 0].max(axis=1) <= 4.0 + 1e-9
+    held = top[below & (mesh.nodes[top, 0].min(axis=1) >= 2.0 - 1e-9)]
+    named = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "held": held})
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.001), ("top",), 0.1, sampling=sampling)
+    supports = (Support("base", 0), Support("base", 1), Prescribed("held", 1, -0.002))
+    given = scene(mesh=named, supports=supports, tools=(tool,))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    pressure, shear = plot.contact_traction(open_results(tmp_path), ax=ax)
+    for line in (pressure, shear):
+        x, y = line.get_data()
+        known = np.isfinite(y)
+        assert known[x < 1.5].any()
+        assert known[x > 4.5].any()
+        last, first = np.flatnonzero(known & (x < 3.0))[-1], np.flatnonzero(known & (x > 3.0))[0]
+        assert not known[(x > 2.2) & (x < 3.8)].any()
+        assert np.isnan(y[last + 1 : first]).any()
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_an_upright_surface_is_followed_from_below_in_every_step(tmp_path, side, ax):
+    """Its ends are one above the other at rest, and either may come to be on the left: here by the push of a wall."""
+    wall = {"left": FlatTool((0.0, 0.0), (1.0, 0.0), (0.02, 0.0), ("left",), 0.3)}
+    wall["right"] = FlatTool((1.0, 0.0), (-1.0, 0.0), (-0.02, 0.0), ("right",), 0.3)
+    held = Support("right" if side == "left" else "left", 0)
+    given = scene(mesh=block(1.0, 1.0, 2, 2), supports=(held, Support("base", 1)), tools=(wall[side],))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    run = open_results(tmp_path)
+    for tau in run.times[1:]:
+        ax.clear()
+        pressure, _ = plot.contact_traction(run, tau, ax, by="tau")
+        step = run.at(tau, by="tau")
+        along = given.mesh.boundary_nodes(side)
+        along = along[np.argsort(step.nodes[along, 1])]
+        np.testing.assert_array_equal(pressure.get_ydata()[:-1], step.nodal("contact_pressure")[along])
+        np.testing.assert_allclose(pressure.get_xdata()[:-1], step.nodes[along, 1], atol=1e-9)
 
 
 @pytest.mark.slow

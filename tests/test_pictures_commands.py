@@ -8,8 +8,11 @@ import pytest
 
 import bipot
 from bipot.command import main
+from bipot.results import Recorder
 from bipot.results import open as open_results
+from bipot.results.columns import Column
 from studies import picture
+from tests.recording import SCENE, steps
 
 
 @pytest.mark.slow
@@ -127,3 +130,13 @@ def test_what_is_not_installed_is_said(recorded, tmp_path, monkeypatch, capsys, 
 def test_the_console_entry_point_is_the_command():
     told = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
     assert told["project"]["scripts"] == {"bipot": f"{main.__module__}:{main.__name__}"}
+
+
+def test_info_tells_names_and_values_of_several_lines_in_one(tmp_path, capsys):
+    own = Column("a\nb", "", lambda _, a: "c\r\nd")
+    with Recorder(tmp_path, SCENE, (own,), {"e\nf": "g\n  columns, with the last value:"}, {}) as out:
+        out.record(steps()[0])
+    assert main(["info", str(tmp_path)]) == 0
+    lines = capsys.readouterr().out.split("\n")
+    assert ["a\\nb", "c\\r\\nd"] in [line.split() for line in lines]
+    assert "  e\\nf = g\\n  columns, with the last value:" in lines

@@ -64,7 +64,7 @@ def test_what_is_recorded_though_its_copy_failed_is_not_recorded_again(accepted,
         whole = copy.read_text()
         copy.unlink()
         copy.mkdir()
-        with pytest.raises(ResultsError, match="2 increments are recorded; make room and resume"):
+        with pytest.raises(ResultsError, match="increments up to 2 are recorded; make room and resume"):
             out.record(accepted[1])
         copy.rmdir()
         copy.write_text(whole)
@@ -226,6 +226,7 @@ def test_what_is_no_scene_or_column_is_refused(given, words, tmp_path):
 
 def test_what_is_no_column_is_not_made():
     refused(lambda: Column(None, "", lambda _, a: 1), "column.name = None: must be a str")  # type: ignore[arg-type]
+    refused(lambda: Column("\ud800", "", lambda _, a: 1), "column.name = .*: must be a text that UTF-8 has")
     refused(lambda: Column("x", "", 1.0), "column 'x': value = 1.0: must be a function")  # type: ignore[arg-type]
     refused(lambda: energies(None), "unit = None: must be a str")  # type: ignore[arg-type]
     refused(lambda: certificate("J", "x"), "factor = 'x': must be a number")  # type: ignore[arg-type]
@@ -241,6 +242,12 @@ def test_a_column_of_what_is_no_number_and_no_string_is_refused_and_nothing_is_w
         refused(lambda: out.record(None), "accepted = None: must be an Accepted")  # type: ignore[arg-type]
         out.record(accepted[0])
     assert open_results(tmp_path)["own"].tolist() == [1.0]
+
+
+@pytest.mark.parametrize("value", [2**63, -(10**30), 10**5000], ids=["64 bits", "a float", "digits"])
+def test_a_whole_number_that_would_not_come_back_is_refused(value, accepted, tmp_path):
+    with Recorder(tmp_path, SCENE, (Column("own", "", lambda _, a: value),), {}, {}) as out:
+        refused(lambda: out.record(accepted[0]), "column 'own': bits of a whole number = [0-9]+: must be at most 63")
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def test_what_waited_when_the_disk_was_full_is_gone_and_the_rest_is_gone_on_with
     out.record(second)
     out.record(third)
     monkeypatch.setattr(journal, "_put", full)
-    with pytest.raises(ResultsError, match="1 increments are recorded; make room"):
+    with pytest.raises(ResultsError, match="increments up to 1 are recorded; make room"):
         out.__exit__(None, None, None)
     monkeypatch.undo()
     with recorder(tmp_path, Existing.RESUME) as out:

@@ -21,6 +21,7 @@ from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
 from bipot.results.names import AXES, FIELDS, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
+from bipot.tools.tool import Sampling
 from bipot.typing import Floats, Ints, as_numbers
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ PIECES = 4
 
 SHRUNK = 0.8
 """Height of the colour bar, since the body seldom is as high as its axes."""
+
+UPRIGHT = 1e-9
+"""Distance across of the ends of a surface that is upright, over the size of the body."""
 
 MARGIN = 0.08
 """Margin around the body over its size."""
@@ -93,9 +97,12 @@ def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineColle
 
 
 def moment(result: History, snapshot: Snapshot) -> str:
-    """The step in words: by its reduction if the run has it, else by its pseudo-time."""
+    """The step in words: by increment and reduction if the run has it, else by its pseudo-time.
+
+    A run that begins in the middle of a march counts its increments on, its steps from zero.
+    """
     if "reduction" in result.columns and snapshot.step > 0:
-        return f"increment {snapshot.step}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
+        return f"increment {snapshot.course.number}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
 
 
@@ -194,10 +201,11 @@ def contact_traction(
     """Draw pressure and shear at the candidates of a tool over the arc of the body's surface, as (pressure, shear).
 
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
-    boundaries that may touch the tool, from the end that is nearer to the axis or farther to the left. Shear is
-    positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction, and the
-    lines end there. Where no edge is on it, as with a single node in contact, the picture says so. A node that two
-    tools share has the traction of the one that pushes harder.
+    boundaries that may touch the tool, in every step from the end that at rest is nearer to the axis or farther to the
+    left, of an upright surface from the lower one. Shear is positive along (n_y, -n_x), n from the tool into the body.
+    Nodes off the contact line, or held by a support, have no traction, and the lines end there. Where no edge is on
+    the line, as with a single node in contact, the picture says so. A node that two tools share has the traction of the
+    one with the larger normal force.
 
     Raises:
         SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
@@ -207,9 +215,11 @@ def contact_traction(
     require_count(tool, "tool", 0)
     require(tool < count, "tool", tool, f"in [0, {count}), the run's tools")
     snapshot, axes = result.at(at, by), axes_of(ax)
-    nodes, known = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE
-    names = result.scene["tools"][tool]["candidates"]
-    paths = [path[known[path]] for path in chains(result.mesh, names, nodes)]
+    nodes, shown, told = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE, result.scene["tools"][tool]
+    # Lines end at what supports hold. Means have no points at the middle of edges, and lines go on there.
+    edges = result.mesh.edges(*told["candidates"])
+    shown[edges[:, [0, -1]] if told.get("sampling") == Sampling.WEIGHTED else edges] = True
+    paths = [path[shown[path]] for path in chains(result.mesh, told["candidates"])]
     arcs = _arcs(paths, nodes)
     drawn = []
     for name, style in (("contact_pressure", "o-"), ("contact_shear", "s--")):
@@ -228,10 +238,11 @@ def contact_traction(
     return drawn[0], drawn[1]
 
 
-def chains(mesh: Mesh, names: list[str], nodes: Floats) -> list[Ints]:
+def chains(mesh: Mesh, names: list[str]) -> list[Ints]:
     """Nodes in order along the boundaries of those names: one array for each connected part.
 
-    Each begins at its end with the smaller first coordinate; a closed one begins anywhere.
+    Each begins at its end with the smaller first coordinate at rest, of two on one vertical at the lower one; a closed
+    one begins anywhere.
     """
     edges = np.unique(np.concatenate([mesh.surface(name)[0] for name in names]), axis=0)
     ahead = {int(edge[0]): edge for edge in edges}
@@ -243,7 +254,9 @@ def chains(mesh: Mesh, names: list[str], nodes: Floats) -> list[Ints]:
             edge = ahead.pop(node)
             path += edge[1:].tolist()
             node = int(edge[-1])
-        found.append(np.array(path if nodes[path[0], 0] <= nodes[path[-1], 0] else path[::-1]))
+        first, last = mesh.nodes[path[0]], mesh.nodes[path[-1]]
+        k = int(abs(first[0] - last[0]) <= UPRIGHT * mesh.size)
+        found.append(np.array(path if first[k] <= last[k] else path[::-1]))
     return found
 
 

@@ -19,6 +19,11 @@ from bipot.system import System
 Value = float | int | str
 
 
+def encodes(text: str) -> bool:
+    """Whether a text can be written in UTF-8, which has no surrogates."""
+    return not any("\ud800" <= letter <= "\udfff" for letter in text)
+
+
 @dataclass(frozen=True)
 class Column:
     """One column of a history: its header, its meaning and unit, and the function that computes it."""
@@ -29,6 +34,7 @@ class Column:
 
     def __post_init__(self) -> None:
         require_type(self.name, str, "column.name")
+        require(encodes(self.name), "column.name", self.name, "a text that UTF-8 has, without halves of letters")
         require(
             callable(self.value), f"column {self.name!r}: value", self.value, "a function of a system and an Accepted"
         )

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.control.accepted import Accepted
 from bipot.control.course import Course
+from bipot.energy import ended_forces
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.laws.coulomb import Status
 from bipot.meshes.mesh import Mesh
@@ -20,6 +21,9 @@ from bipot.traction import ContactTraction
 from bipot.typing import Floats, einsum
 
 NO_CANDIDATE = -1
+
+SINGLE = 1e-20, 1e20
+"""Young's moduli with which single precision, from 1e-38 to 3e38, has any stress."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +48,11 @@ class StoredStep:
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
-        placed = system.body.space.gradients(state.nodes)
+        placed = system.body.space.gradients(scene.balanced(state.nodes - state.du, state.du))
         tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
         frames = system.candidates.frames_at(state.nodes, poses)
-        forces = system.candidates.vectors(state.forces, frames)
+        forces = system.candidates.vectors(ended_forces(system, state), frames)
         return StoredStep(course, forces, state.gap, tractions, placed.volume, poses)
 
     @staticmethod
@@ -70,11 +74,14 @@ class StoredStep:
 def point_fields(system: System, step: StoredStep, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
-    Where two tools share a node, the fields are those of the one that pushes harder, except for the force, which is the
-    sum. The ``values`` (:func:`together`) after ``averaging`` are stored in single precision.
+    Where two tools share a node, the fields are those of the one with the larger normal force, or of the nearer one
+    where neither has any, except for the force, which is the sum. The ``values`` (:func:`together`) after ``averaging``
+    are stored in single precision, unless that has no such stress.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
-    order = np.argsort(state.forces[:, 0], kind="stable")
+    least, most = SINGLE
+    kind = np.float32 if least <= system.body.scene.material.elasticity.young <= most else np.float64
+    order = np.lexsort((-step.gap, np.abs(state.forces[:, 0])))
     node, count = candidates.node[order], len(mesh.nodes)
 
     def scatter(values: NDArray[Any], empty: float) -> NDArray[Any]:
@@ -90,7 +97,7 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
         "status": scatter(step.tractions.status, NO_CANDIDATE),
-        **_apart(averaging(step.volume, values), np.float32),
+        **_apart(averaging(step.volume, values), kind),
     }
 
 

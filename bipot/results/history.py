@@ -36,7 +36,7 @@ REDUCTION, TAU = "reduction", "tau"
 """The columns by which :meth:`History.at` finds a step by default."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class History:
     """A run read back: its columns as arrays (n,), its parameters and units, and its states.
 
@@ -55,6 +55,16 @@ class History:
     complete: bool
     note: str = ""
     format: int = FORMAT
+
+    def __repr__(self) -> str:
+        """In one line, without the columns."""
+        return f"History({str(self.file)!r}: {self.progress})"
+
+    @property
+    def progress(self) -> str:
+        """How far the run went, in words."""
+        state = "complete" if self.complete else "not complete"
+        return f"{state}, {len(self)} increments to tau = {self.times[-1]:g}"
 
     @property
     def folder(self) -> Path:
@@ -119,8 +129,8 @@ class History:
         if value is None:
             return self._step(len(self))
         require_number(value, by)
-        inside = known[0] <= value <= known[-1]
-        require(bool(inside), by, value, f"in [{known[0]:g}, {known[-1]:g}], what is recorded")
+        least, most = known[0].item(), known[-1].item()
+        require(least <= value <= most, by, value, f"in [{in_digits(least)}, {in_digits(most)}], what is recorded")
         return self._step(int(np.argmin(np.abs(known - value))) + (by != TAU))
 
     def snapshot(self, row: int = -1) -> Snapshot:
@@ -185,6 +195,12 @@ class History:
         return Told(self.file, self.text)
 
 
+def in_digits(number: float) -> str:
+    """A number in few digits where these are all of it."""
+    short = f"{number:g}"
+    return short if float(short) == number else repr(number)
+
+
 def open(path: str | Path, command: str = "") -> History:
     """Read the run of a folder, or of a run file.
 
@@ -198,14 +214,26 @@ def open(path: str | Path, command: str = "") -> History:
     return read(file, lambda run: _history(file, run))
 
 
+def settled(path: str | Path) -> Path:
+    """The absolute path, which stays the same when the process changes its working directory.
+
+    Raises:
+        ResultsError: it is relative, and the working directory is gone.
+    """
+    try:
+        return Path(path).absolute()
+    except OSError as error:
+        raise ResultsError(f"{path}: cannot be read or written (no working directory: {error.strerror})") from error
+
+
 def run_file(path: str | Path) -> Path:
-    """The run file of a folder, or itself.
+    """The run file of a folder, or itself, as an absolute path.
 
     Raises:
         ResultsError: it is one of an older version, which is not read; or the system refuses the name.
     """
     require_path(path)
-    path = Path(path)
+    path = settled(path)
     old = path if path.name == OLD else path / OLD
     new = old.with_name(FIELDS)
     try:
@@ -226,7 +254,7 @@ def _history(file: Path, run: Run) -> History:
     complete, note = count > 1 and float(times[-1]) == 1, ""
     if journal_of(file).exists():
         ended = "completed from its journal" if pages_in(file) else "not begun"
-        note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"
+        note = f"the last write was interrupted and is {ended}: the run's {rows} increments are whole"
     return History(
         file, text, found, about["parameters"], about["units"], about["scene"], times, complete, note, run.format()
     )

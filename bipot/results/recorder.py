@@ -25,7 +25,7 @@ from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
 from bipot.results.description import Parameters, as_json, describe, require_told, same_mesh, same_scene, same_state
 from bipot.results.fields import StoredStep
-from bipot.results.history import FIELDS, TOOLS, History, run_file
+from bipot.results.history import FIELDS, TOOLS, History, run_file, settled
 from bipot.results.history import open as open_results
 from bipot.results.lock import locked
 from bipot.results.static import FORMAT
@@ -51,7 +51,8 @@ class Recorder:
     """Writes every accepted increment of one run into ``folder``, as a context manager.
 
     ``parameters`` (JSON values) identify the run, ``units`` are stored as given. Every history has the column
-    ``energy_error``: if ``columns`` lacks it, it comes last. The march must begin at :attr:`start`: the end of the
+    ``energy_error``: if ``columns`` lacks it, it comes last. A relative ``folder`` is one of the working directory when
+    the recorder is made, whichever the process changes to later. The march must begin at :attr:`start`: the end of the
     recorded run if it is resumed, else the given ``start``, by default at rest. With ``Existing.RESUME`` a folder
     without a run gets a new one.
 
@@ -88,7 +89,7 @@ class Recorder:
         missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
         require(isinstance(folder, str | Path) and "\0" not in str(folder), "folder", folder, "a path")
         require_told(scene, parameters=parameters, units=units)
-        self.folder, self.columns = Path(folder), (*columns, *missing)
+        self.folder, self.columns = settled(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
         require_number(patience, "patience")
@@ -201,7 +202,7 @@ class Recorder:
 
     @property
     def _so_far(self) -> str:
-        return f"{self.on_disk} increments are recorded; make room and resume"
+        return f"increments up to {self.on_disk} are recorded; make room and resume"
 
     def _copy(self, lines: str) -> None:
         """Append lines to the table of people."""

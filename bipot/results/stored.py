@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -74,7 +74,7 @@ class Told:
     """What a ``file`` tells as long as it holds the run whose columns are the ``text``, maybe with further rows."""
 
     file: Path
-    text: str
+    text: str = field(repr=False)
 
     def __call__(self, what: Callable[[Run], T]) -> T:
         """Read; raises ResultsError as :func:`read`, and where it is another run."""

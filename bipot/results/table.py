@@ -11,16 +11,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import ResultsError, require
-from bipot.results.columns import Value
+from bipot.errors import LARGEST_COUNT, ResultsError, require
+from bipot.results.columns import Value, encodes
 
 
 def require_value(value: object, name: str) -> None:
     """Refuse values that a column cannot hold, which would be stored as Python's text for them."""
     known = isinstance(value, int | float | str | np.integer | np.floating) and not isinstance(value, bool)
-    known = known and not (isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value))
+    known = known and not (isinstance(value, str) and not encodes(value))
     told = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else value
     require(known, f"column {name!r}", told, "a number or a string, of every increment")
+    if isinstance(value, int):
+        large = abs(value) > LARGEST_COUNT
+        require(
+            not large, f"column {name!r}: bits of a whole number", value.bit_length(), "at most 63; or give a float"
+        )
 
 
 def line(values: Sequence[Value]) -> str:
