@@ -1,5 +1,6 @@
 """A run opened: a frame of its columns, steps by value, fields by name at nodes and points; tools as moving lines."""
 
+import shutil
 import sys
 from dataclasses import replace
 
@@ -285,6 +286,16 @@ def test_a_run_without_tools_has_no_file_of_them(tmp_path):
     assert bipot.results.open(tmp_path).at().tools == []
     assert bipot.results.open(tmp_path).write_tools() is None
     assert [path.name for path in tmp_path.iterdir() if "tools" in path.name] == []
+
+
+def test_the_tools_of_a_copy_do_not_replace_those_of_the_run_beside_it(recorded, tmp_path):
+    shutil.copytree(recorded, tmp_path / "run")
+    file = tmp_path / "run" / "run.vtkhdf"
+    shutil.copy(file, file.with_name("copy.vtkhdf"))
+    tools = file.with_name("tools.vtkhdf")
+    tools.write_bytes(b"of the run")
+    assert bipot.results.open(file.with_name("copy.vtkhdf")).write_tools() == file.with_name("copy_tools.vtkhdf")
+    assert tools.read_bytes() == b"of the run"
 
 
 def test_the_file_of_tools_of_an_overwritten_run_goes_with_it(recorded, tmp_path):

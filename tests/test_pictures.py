@@ -92,6 +92,12 @@ def test_what_cannot_be_drawn_is_refused(run, ax, field, at, words):
         plot.contour(run, field, at, ax)
 
 
+def test_what_a_contour_is_told_of_its_style_comes_first(run, ax):
+    drawn = plot.contour(run, ax=ax, vmin=1.0, shading="flat")
+    assert drawn.get_clim()[0] == 1.0
+    assert not hasattr(drawn, "_triangulation")
+
+
 @pytest.mark.parametrize("limits", [(1.0, 0.0), (0.0, np.nan), ("a", "b"), 3.0, "ab"], ids=str)
 def test_limits_of_colours_that_are_no_range_are_refused(run, ax, limits):
     refused(lambda: plot.contour(run, ax=ax, limits=limits), "limits = ")

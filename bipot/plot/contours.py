@@ -57,7 +57,8 @@ def contour(
 
     ``at`` is as in :meth:`~bipot.results.History.at`: a reduction or pseudo-time, or a value of the column ``by``;
     None is the last step. ``field`` may be a component, "stress_zz"; of a vector the magnitude is drawn. Between nodes
-    the field follows the element's shape functions. ``limits`` are those of the colours; ``style`` is matplotlib's.
+    the field follows the element's shape functions. ``limits`` are those of the colours; ``style`` is matplotlib's,
+    and comes first.
 
     Raises:
         SceneError: an unknown field, one that is not defined on the whole body, a tensor as a whole, a value that is
@@ -68,7 +69,7 @@ def contour(
         _require_limits(limits)
     snapshot = result.at(at, by)
     values = nodal_values(snapshot, field)
-    axes, shown = axes_of(ax), {"cmap": "viridis", **style}
+    axes = axes_of(ax)
     mesh, nodes = result.mesh, snapshot.nodes
     points, triangles = tessellation(mesh.element)
     shapes = tabulated_at(mesh.element, points).values
@@ -77,7 +78,8 @@ def contour(
     every = (triangles + len(points) * np.arange(len(mesh.elements))[:, None, None]).reshape(-1, 3)
     low, high = limits or (float(fine.min()), float(fine.max()))
     coloured: Any = axes.tripcolor  # Its overloads know no colours of nodes by position.
-    drawn = coloured(x, y, every, fine, shading="gouraud", vmin=low, vmax=high, **shown)
+    usual = {"cmap": "viridis", "shading": "gouraud", "vmin": low, "vmax": high}
+    drawn = coloured(x, y, every, fine, **usual | style)
     boundary(nodes, mesh.outline, axes)
     tools(snapshot, axes)
     frame(axes, result, nodes)

@@ -179,13 +179,16 @@ class History:
     def write_tools(self) -> Path | None:
         """Write ``tools.vtkhdf`` beside the run's file: its path, None where there are no tools.
 
+        Beside a file of another name, ``copy.vtkhdf``, it is ``copy_tools.vtkhdf``.
+
         Recording does this at its end; call it where recording was killed, or is still running.
         """
         steps = self._told(lambda run: run.tools(0, len(self.times)))
         if not steps[0]:
             return None
-        write_tools(self.folder / TOOLS, self.times, steps)
-        return self.folder / TOOLS
+        path = self.folder / TOOLS if self.file.name == FIELDS else self.file.with_name(f"{self.file.stem}_{TOOLS}")
+        write_tools(path, self.times, steps)
+        return path
 
     def _step(self, step: int) -> Snapshot:
         return Snapshot(self._told, self.geometry, step, float(self.times[step]))
