@@ -119,9 +119,8 @@ class Increment:
     @cached_property
     def units(self) -> Units:
         """The units by which its numbers are scaled: how far a body is carried along says nothing of its strains."""
-        prescribed = self.tools.beyond(self.rows.gap)
         new = self.loads.change if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
-        return self.system.units(self.start, prescribed, new)
+        return self.system.units(self.start, self.tools.beyond(self.rows.gap), new)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the unknowns x (n,): free displacements, and coordinates of tools that are driven.
@@ -265,8 +264,7 @@ class Iterate:
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -s slip/|slip| between tool and support where the slip is known."""
-        dragged = self.increment.dragged
-        if not dragged.any():
+        if not (dragged := self.increment.dragged).any():
             return r
         return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), dragged)
 
@@ -280,24 +278,21 @@ class Iterate:
 
         In plane strain per unit of thickness; positive anticlockwise.
         """
-        contacts = self.increment.system.candidates
+        contacts, end = self.increment.system.candidates, self.increment.start.nodes + self.response.du
         if not contacts.scene.turning.any():
             return np.zeros(len(contacts.scene.tools))
-        places = contacts.met.places(self.increment.start.nodes + self.response.du)
-        return contacts.faces.moments(contacts.vectors(r, self.frames), places, self.placed)
+        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(end), self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""
-        system = self.increment.system
-        contacts = system.candidates.vectors(self.rubbed(r), self.frames)
-        return system.reactions(self.response.element_forces, self.nodal_load, contacts)
+        contacts = self.increment.system.candidates.vectors(self.rubbed(r), self.frames)
+        return self.increment.system.reactions(self.response.element_forces, self.nodal_load, contacts)
 
     def work(self, r: Floats) -> float:
         """Work of tools, loads and supports with their forces at the end, r (c, d) those of contact."""
-        increment = self.increment
+        increment, contacts = self.increment, self.increment.system.candidates
         tools = vdot(self.tool_forces(r), self.tool_travel)
-        if self.increment.system.body.scene.turning.any():
-            contacts = increment.system.candidates
+        if contacts.scene.turning.any():
             carried = increment.tools.carried(self.response.du, self.advance)
             tools += vdot(contacts.vectors(r, self.frames), carried)
         driven = vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
