@@ -182,6 +182,12 @@ def test_energies_of_a_body_that_a_gap_of_round_off_moves_are_not_compared(seed)
     assert fuzz_judge.judge_shaped(seed).outcome is Outcome.CERTIFIED
 
 
+@pytest.mark.slow
+def test_friction_of_round_off_past_an_open_end_is_below_resolution_as_all_is_there():
+    """Of a body that has left its tool, with 3e-10 of the yield stress."""
+    assert fuzz_judge.judge_shaped(930007).outcome is Outcome.REFUSED
+
+
 def test_a_weld_without_a_lever_beside_a_tool_that_a_moment_turns_is_diagnosed_in_numbers():
     """What is tied holds whatever is asked of its lever; 0 times inf is no moment, and a warning is an error here."""
     assert fuzz_judge.judge_shaped(910011).outcome is Outcome.REFUSED

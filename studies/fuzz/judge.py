@@ -52,7 +52,7 @@ What tools may be ``between`` nodes is theirs but for what the densest samples m
 BLURRED = 1e-4
 """Round-off of elastic stress, some hundred units of it, is above a bound of 1e-7 where stress is well below this."""
 
-BELOW_RESOLUTION = ("equilibrium", "law", "elastic", "flow")
+BELOW_RESOLUTION = ("equilibrium", "law", "elastic", "flow", "past")
 POSED_BY_ALL = ("equilibrium", "yielding", "inside", "past", "between", "driven", "placed", "elastic", "flow")
 DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
