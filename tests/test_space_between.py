@@ -42,6 +42,18 @@ def test_tools_that_come_in_between_nodes_of_a_face_are_refused():
         replace(deep, tools=(ShapedTool(thin, (0.0, 0.0, -0.3), ("top",), 0.1),))
 
 
+@pytest.mark.parametrize("beside", [0.01, 0.04, 0.1])
+def test_a_small_sphere_is_no_deeper_between_the_points_that_are_checked(beside):
+    radius, at = 0.0627, (0.25, 0.25 - beside)
+    ball = ShapedTool(sphere((*at, 1.0 + radius), radius), (0.0, 0.0, -radius), ("top",), 0.1)
+    scene = replace(dented(elements=2, material=RUBBER), supports=tuple(Support("base", d) for d in range(3)))
+    reached = [0.0]
+    with pytest.raises(IncrementFailed, match="comes into the body between nodes"):
+        reached.extend(a.state.tau * radius for a in march(replace(scene, tools=(ball,)), Schedule(20)))
+    # A quarter of its thickness, as the face stays as it is: nothing is touched.
+    assert max(reached) <= radius / 2
+
+
 def test_what_is_refused_is_said_whatever_a_form_after_it_finds():
     """Newton solves the increment, in which nothing is touched; the program after it does not and knows no reason."""
     steel = VonMises(Elasticity(1000.0, 0.3), Linear(10.0, 50.0))
