@@ -12,14 +12,14 @@ from scipy.linalg import null_space, orth
 from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
-from bipot.contact.closeness import touches
+from bipot.contact.closeness import closed
 from bipot.response import State
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
 from bipot.tools.aloft import Aloft, Carried
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
-from bipot.typing import Floats, Vector, max_abs
+from bipot.typing import Bools, Floats, Vector, max_abs
 
 ROUND_OFF = 1e-12
 """A direction whose part within the planes is no more than this is normal to them; over ways, means that are none."""
@@ -120,6 +120,11 @@ class Advance:
         return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], scene.directions.planes)
 
     @cached_property
+    def closed(self) -> Bools:
+        """Which candidates (c,) are in touch at the start."""
+        return closed(self.start.gap, self.start.forces, self.candidates.scene.size)
+
+    @cached_property
     def gone(self) -> Floats:
         """The translation (d,) of a body that goes the :attr:`way` of its supports, and beyond that with its tools.
 
@@ -131,7 +136,7 @@ class Advance:
         contacts, free = self.candidates, self.candidates.scene.directions.free
         if not free.size:
             return self.way
-        touching = touches(self.start.gap, contacts.scene.size)
+        touching = self.closed
         points = (contacts.owned & touching) @ contacts.share
         points[contacts.scene.drives.forced] = 0.0
         tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
@@ -237,6 +242,6 @@ class Advance:
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.
         """
-        apart = ~touches(self.start.gap, self.candidates.scene.size)
+        apart = ~self.closed
         rests = Aloft(self.candidates.met.places(self.start.nodes), self.carried_on, self.placed, self.by(travel))
         return self.candidates.faces.in_air(apart, rests)

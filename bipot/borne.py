@@ -37,7 +37,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from bipot.contact.candidates import Candidates
-from bipot.contact.closeness import carries, touches
+from bipot.contact.closeness import carries, closed
 from bipot.response import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
@@ -210,7 +210,7 @@ class Riding:
     def _weights(self) -> Floats:
         """Of the means over the points of each tool (k, w)."""
         contacts, r = self.candidates, self.start.forces
-        touching = touches(self.start.gap, contacts.scene.size)
+        touching = closed(self.start.gap, r, contacts.scene.size)
         pushing = contacts.owned & touching & carries(r)
         resting = (contacts.owned & touching) * contacts.share
         share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], resting)

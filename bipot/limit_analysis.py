@@ -19,7 +19,6 @@ from scipy.linalg import null_space
 from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
-from bipot.contact.closeness import touches
 from bipot.errors import InfeasibleProgram, ProgramError, require, require_number, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
@@ -170,7 +169,7 @@ def _units(scene: Scene) -> Units:
 def _touching(increment: Increment) -> Bools:
     """Candidates (c,) without a gap at the increment's start that are not past an open end of their tool."""
     start, system = increment.start, increment.system
-    near = touches(start.gap, system.body.scene.size)
+    near = increment.closed.copy()
     if system.candidates.curved:
         here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.tools.path))
         near &= ~system.candidates.faces.beyond(here)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.contact.candidates import Candidates
+from bipot.contact.closeness import touches
 from bipot.control.accepted import Accepted
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
@@ -132,7 +133,7 @@ def refused(make, words):
 def rows_between(candidates: Candidates, gap: Floats, tau: float, end: float) -> ContactRows:
     """Contact rows of the increment from ``tau`` to ``end`` that starts with the gaps (c,)."""
     scene = candidates.scene
-    return candidates.rows(gap, scene.travel(tau, end), scene.driven(end) - scene.driven(tau))
+    return candidates.rows(gap, touches(gap, scene.size), scene.travel(tau, end), scene.driven(end) - scene.driven(tau))
 
 
 def with_course(accepted, **changes):

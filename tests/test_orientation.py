@@ -21,6 +21,7 @@ from bipot.fem.strain import Configuration
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder
+from bipot.meshes.solids import brick
 from bipot.paper import upsetting
 from bipot.response import Body, body_space, rest
 from bipot.scene.scene import Scene
@@ -170,6 +171,12 @@ def test_what_is_zero_is_refused():
 def test_units_and_slivers_are_no_reason_to_refuse(scale, thin):
     c, s = np.cos(0.3), np.sin(0.3)
     assert not refusal(scale * (SQUARE * [1, thin]) @ np.array([[c, s], [-s, c]]))
+
+
+def test_a_needle_next_to_round_off_is_not_called_negative():
+    mesh = brick(1e-6, 1e-6, 1.0, 1, 1, 1)
+    with pytest.raises(InvertedElement, match=r"Jacobian determinant 1e-12 is not above its round-off, \d"):
+        refuse_folded({"at rest": mesh.nodes}, mesh.elements, Geometry.SOLID)
 
 
 def test_a_fold_is_named_with_element_place_and_value():

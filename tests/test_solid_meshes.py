@@ -15,6 +15,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets
 from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
 from tests.solids import SOLIDS, curved
 
@@ -146,6 +147,30 @@ def test_a_file_there_and_back_is_the_same_mesh(element, ending, tmp_path):
     for name in mesh.boundaries:
         middles = [np.sort(m.nodes[m.boundary(name)].mean(axis=1), axis=0) for m in (read, mesh)]
         np.testing.assert_allclose(*middles, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        block(1.0, 1.0, 1, 1),
+        block(1.0, 1.0, 1, 1, element=Element.T3),
+        brick(1.0, 1.0, 1.0, 1, 2, 2),
+        brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.H20),
+    ],
+    ids=["Q4", "T3", "H8", "H20"],
+)
+@pytest.mark.parametrize("ending", [".msh", ".inp"])
+def test_a_body_with_all_nodes_on_its_boundaries_comes_back_from_a_file(mesh, ending, tmp_path):
+    path = tmp_path / f"a{ending}"
+    twice = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "again": mesh.boundaries["top"]})
+    twice.to_meshio().write(path, **({"file_format": "gmsh"} if ending == ".msh" else {}))
+    read = Mesh.from_meshio(path)
+    assert len(read.nodes) == len(mesh.nodes)
+    np.testing.assert_allclose(read.nodes[read.elements], mesh.nodes[mesh.elements], rtol=1e-12, atol=1e-14)
+    assert set(read.boundaries) == set(twice.boundaries)
+    for name in twice.boundaries:
+        ways = [np.sort(m.nodes[m.boundary(name)].mean(axis=1), axis=0) for m in (read, twice)]
+        np.testing.assert_allclose(ways[0], ways[1], atol=1e-12)
 
 
 @pytest.mark.parametrize(

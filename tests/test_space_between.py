@@ -8,7 +8,7 @@ import pytest
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
-from bipot.laws.hardening import Perfect
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.meshes.sections import block
@@ -40,6 +40,27 @@ def test_tools_that_come_in_between_nodes_of_a_face_are_refused():
     thin = Revolved(Profile(((1.0, 1.1), (1.0, 1.0), (-1.0, 1.0), (-1.0, 1.1)), 0.02, True), (0.5, 0.5, 1.0), UP)
     with pytest.raises(Exception, match=r"tools\[0\].surface = .*thick or more"):
         replace(deep, tools=(ShapedTool(thin, (0.0, 0.0, -0.3), ("top",), 0.1),))
+
+
+@pytest.mark.parametrize("beside", [0.01, 0.04, 0.1])
+def test_a_small_sphere_is_no_deeper_between_the_points_that_are_checked(beside):
+    radius, at = 0.0627, (0.25, 0.25 - beside)
+    ball = ShapedTool(sphere((*at, 1.0 + radius), radius), (0.0, 0.0, -radius), ("top",), 0.1)
+    scene = replace(dented(elements=2, material=RUBBER), supports=tuple(Support("base", d) for d in range(3)))
+    reached = [0.0]
+    with pytest.raises(IncrementFailed, match="comes into the body between nodes"):
+        reached.extend(a.state.tau * radius for a in march(replace(scene, tools=(ball,)), Schedule(20)))
+    # A quarter of its thickness, as the face stays as it is: nothing is touched.
+    assert max(reached) <= radius / 2
+
+
+def test_what_is_refused_is_said_whatever_a_form_after_it_finds():
+    """Newton solves the increment, in which nothing is touched; the program after it does not and knows no reason."""
+    steel = VonMises(Elasticity(1000.0, 0.3), Linear(10.0, 50.0))
+    scene = dented(roll((0.25, 0.5, 1.1), (0.0, 1.0, 0.0), 0.1), (0.0, 0.0, -0.1), elements=2, material=steel)
+    scene = replace(scene, supports=tuple(Support("base", d) for d in range(3)))
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] comes into the body between nodes .* Refine the boundary"):
+        list(march(scene, Schedule(5), Control(Newton())))
 
 
 def test_a_sphere_does_not_go_through_a_block_in_one_increment():

@@ -23,7 +23,6 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.contact.closeness import touches
 from bipot.contact.coupling import Bent, Pairs, pairs_of
 from bipot.contact.means import Means, Operators, without_zeros
 from bipot.contact.mobility import along_what_is_held, movable, shares
@@ -204,25 +203,25 @@ class Candidates:
         lengths = norm(travel)[tool] + norm(driven)
         return self.parts.motion(np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0))
 
-    def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
-        """Operators of an increment that starts with the gaps (c,).
+    def rows(self, gap: Floats, closed: Bools, travel: Floats, driven: Floats) -> ContactRows:
+        """Operators of an increment that starts with the gaps (c,), some of them ``closed`` (c,).
 
         The tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) is the prescribed displacement.
         """
         moved = self.approach(travel, self.met.motion(driven))
         motion = np.column_stack([gap - moved[:, 0], -moved[:, 1:]])
-        return self._rows(gap, self._resting, motion)
+        return self._rows(closed, self._resting, motion)
 
-    def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
-        """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
+    def linearised(self, closed: Bools, meeting: Meeting, x: Floats) -> ContactRows:
+        """Those of an increment that starts with some ``closed`` (c,), exact at x (n,) with its ``meeting``."""
         operators = self._matrices(meeting.frames, meeting.arm)
         motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
-        return self._rows(gap, operators, motion)
+        return self._rows(closed, operators, motion)
 
-    def _rows(self, gap: Floats, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
+    def _rows(self, closed: Bools, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
         """Rows with the ``motion`` (c, d) of no displacement."""
         (normal_rows, tangent_rows), mu = operators, self.mu
-        tied = self.welded & touches(gap, self.scene.size)
+        tied = self.welded & closed
         acts = np.isfinite(mu) | np.isfinite(self.shear)
         rubs = self.tangent_free & (mu > 0) & (self.shear > 0) & (tied | acts)
         return ContactRows(

@@ -5,8 +5,9 @@ depends on its use:
 
 * force alone for tractions and landings, because a point that touches without a force has no traction and has not
   landed;
-* gap alone at the start of an increment, where welds form, because the forces there are those of the last increment;
-* either one for what holds the body in place, because a point that touches without a force still prevents a motion.
+* either one for what holds the body in place, because a point that touches without a force still prevents a motion;
+* either one at the start of an increment, where welds hold or form and slips begin (:func:`closed`): a point that
+  touches without a force is in touch, and so is one that bears a force across the gap that a solver leaves.
 
 The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a solution, not statements about one.
 """
@@ -17,10 +18,15 @@ import numpy as np
 
 from bipot.laws.coulomb import force_threshold
 from bipot.programs.data import ContactRows
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size counts as none: it is round-off of the geometry."""
+
+LEFT = 1e-6
+"""A gap below this fraction of the body's size may be left by a solver where there is a force: the law, whose natural
+map sees both, is met to this fraction of the largest force."""
 
 NEAR = 4.0
 """A candidate within this many lengths of the increment is near its tool: it may close if the prediction is wrong."""
@@ -37,6 +43,14 @@ def carries(r: Floats, noise: float = 0.0) -> Bools:
 def touches(gap: Floats, size: float) -> Bools:
     """Which gaps (c,) count as closed in a body of ``size``, that of the whole: of half of it as many do."""
     return gap <= TOUCHES * size
+
+
+def closed(gap: Floats, r: Floats, size: float) -> Bools:
+    """Which candidates (c,) with the gaps (c,) and contact forces r (c, d) of one state are in touch.
+
+    A weld that pulls is. ``size`` is as in :func:`touches`.
+    """
+    return touches(gap, size) | ((norm(r) > force_threshold(r)) & (gap <= LEFT * size))
 
 
 def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:

@@ -27,9 +27,9 @@ class DrivenInto(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Where an increment starts: gaps (c,), nodes (a, d), and the poses ``placed`` (k, p) of the tools."""
+    """Where an increment starts: the ``closed`` (c,), nodes (a, d), and the poses ``placed`` (k, p) of the tools."""
 
-    gap: Floats
+    closed: Bools
     nodes: Floats
     placed: Floats
 
@@ -82,7 +82,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
     """
     size = candidates.scene.size
-    along = candidates.welded & touches(start.gap, size)
+    along = candidates.welded & start.closed
     slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, travel, driven)
     if (along & slipping).any():
         return int(candidates.node[np.argmax(along & slipping)])

@@ -45,6 +45,7 @@ def attempt_increment(
 
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
         passes, failures, last, strayed, spared = 0, list[Reason](), None, False, False
+        refusal: Refused | None = None
         begins = replace(increment, start=begun)
 
         def count(trial: Trial) -> None:
@@ -63,11 +64,14 @@ def attempt_increment(
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
-                if halves and isinstance(failure, Refused):
-                    return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
+                if isinstance(failure, Refused):
+                    refusal = failure
+                    if halves:
+                        return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
-        return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed, spared=spared)
+        why = refusal or last
+        return Attempt(None, control.forms[-1].name, passes, tuple(failures), why, strayed, spared=spared)
 
     def refused(solved: Solved) -> Reason | None:
         dissipation = Dissipated.of(increment.start, solved)

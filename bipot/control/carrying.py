@@ -68,7 +68,8 @@ error, and by more only where the last flow was a twentieth of that of most poin
 class Attempt(NamedTuple):
     """The result of one attempt at an increment: the solution or None, the form, passes spent, why forms failed.
 
-    ``last`` is the failure of the last form tried; ``strayed`` says whether a suited form failed. ``left`` is the
+    ``last`` is the failure of the last form that solved the equations but was refused, else of the last tried: what a
+    form did not find says less. ``strayed`` says whether a suited form failed. ``left`` is the
     iterate at which the increment was left unsolved because the flow does not continue as it was carried on.
     ``spared`` says whether a form was left out, ``refused`` whether others would find what is inadmissible, too.
     """

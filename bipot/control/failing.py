@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
+from bipot.control.reason import Reason
 from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
@@ -26,7 +27,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     The load is followed as far ``ahead``, a pseudo-time not before the increment's end.
     """
     system, state, tau = increment.system, increment.start, increment.tau
-    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
+    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({_decisive(attempt)}). "
     found = diagnosis(increment)
     if found:
         return IncrementFailed(failed + found, state)
@@ -54,6 +55,12 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     else:
         more = "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)
+
+
+def _decisive(attempt: Attempt) -> Reason:
+    """Why the attempt failed: in the words of its refusal if there is one, else the last reason."""
+    told = [r for r in attempt.failures if isinstance(attempt.last, Refused) and r.said == str(attempt.last)]
+    return told[-1] if told else attempt.failures[-1]
 
 
 def _limit_passed(increment: Increment, failed: str, ahead: float) -> LimitPassed | None:

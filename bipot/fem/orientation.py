@@ -177,7 +177,9 @@ def _folded(x: Floats, straight: bool) -> Fault | None:
         return None
     worst = bad[np.argmin(found.upper[bad])]
     value = found.upper[worst]
-    known = "is not positive" if value <= noise[worst] else f"is not known to be above {found.lower[worst]:.3g}"
+    known = "is not positive" if value <= 0 else f"is not above its round-off, {noise[worst]:.2g}"
+    if value > noise[worst]:
+        known = f"is not known to be above {found.lower[worst]:.3g}"
     return Fault(int(suspect[worst]), found.at[worst], f"Jacobian determinant {value:.3g} {known}")
 
 

@@ -82,8 +82,12 @@ def to_meshio(parts: MeshParts) -> Any:
     entity = np.tile([d, 0], (count, 1))
     for number, facets in enumerate(bounds, 1):
         entity[facets] = d - 1, number
+    # One whose nodes are all on others gets a node of no cell, which is dropped where the file is read.
+    bare = np.setdiff1d(np.arange(len(tags)), entity[:, 1])
+    entity = np.concatenate([entity, np.stack([np.where(bare > 0, d - 1, d), bare], axis=1)])
+    nodes = np.concatenate([parts.nodes, parts.nodes[np.zeros_like(bare)]])
     return meshio.Mesh(
-        np.pad(parts.nodes, ((0, 0), (0, 3 - d))),
+        np.pad(nodes, ((0, 0), (0, 3 - d))),
         [(element.cell, parts.elements), *((element.facet, facets) for facets in bounds)],
         {"gmsh:dim_tags": entity},
         {TAGS[0]: tags, "gmsh:geometrical": tags},

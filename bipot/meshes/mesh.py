@@ -108,7 +108,8 @@ class Mesh:
         """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
 
         Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (VTK files keep the
-        numbers only), and sets of nodes.
+        numbers only), and sets of nodes. Where all nodes of the body, or of a boundary, are on other boundaries too, it
+        has a node more, of no cell: Gmsh's files need a node of each.
 
         Raises:
             SceneError: meshio is not installed.

@@ -3,9 +3,10 @@ r"""Tools in space that are inside the body where no candidate touches them: bet
 This is the check of :mod:`bipot.scene.between` for faces. A face is represented by the triangles between its outline
 and its middle; L is its longest edge. No part of a tool may come more than DEPTH L, or DEPTH times the tool's
 thickness, behind any face: not at rest, not at the end of an increment, and not on the straight way from its start,
-which is checked in steps no longer than that depth or the distance from the faces. Two checks are made:
+which is checked in steps no longer than that depth or the distance from the faces. Three checks are made:
 
 * the gap at points of the triangles, dense enough for tools :data:`THIN` L thick; thinner tools are refused;
+* the same spheres where their centres are off the body, each at its nearest place on a triangle;
 * the centres of spheres on a tool's axis, such as the tips of cones, and points of the rings of edges and fillets
   around it. They are too deep where they are in the body, judged by the solid angle of its surface around them, and
   farther behind its nearest triangle than allowed.
@@ -145,6 +146,7 @@ def _deep(triangles: Floats, surface: Surface) -> Bools:
     out = np.zeros(len(triangles), dtype=bool)
     near = _near(triangles, surface, np.zeros(len(triangles)))
     out[near] = -surface.distance(_points(triangles[near])).gap.min(axis=(1, 2), initial=np.inf) > allowed[near]
+    out[near] |= _dented(triangles[near], surface, allowed[near])
     corners = triangles.reshape(-1, 3)
     boxed = ((tips.centre > corners.min(axis=0)) & (tips.centre < corners.max(axis=0))).all(axis=1)
     # Of a sharp corner the gap is zero but for round-off.
@@ -155,6 +157,37 @@ def _deep(triangles: Floats, surface: Surface) -> Bools:
             far = norm(_points(triangles) - centre).min(axis=(1, 2))
             face = int(np.argmin(far))
             out[face] |= bool(radius + far[face] > allowed[face])
+    return out
+
+
+def _dented(triangles: Floats, surface: Surface, allowed: Floats) -> Bools:
+    """Which faces (f, m, 3, 3) a sphere of the tool, its centre off the body, comes deeper behind than ``allowed``."""
+    tips, out = surface.tips(), np.zeros(len(triangles), dtype=bool)
+    for centre, radius in zip(tips.centre, tips.radius, strict=True) if len(triangles) else ():
+        place = _nearest(triangles.reshape(-1, 3, 3), centre)
+        way = place - centre
+        far = norm(way)
+        deep = (far > 0) & (radius - far > np.repeat(allowed, triangles.shape[1]))
+        if deep.any():
+            deepest = centre + radius * way[deep] / far[deep, None]
+            # The tool may not contain this part of the sphere.
+            deep[deep] = surface.distance(deepest).gap <= SHARP * allowed.max()
+            out |= deep.reshape(len(triangles), -1).any(axis=1)
+    return out
+
+
+def _nearest(triangles: Floats, point: Floats) -> Floats:
+    """The place (t, 3) on each triangle (t, 3, 3) that is nearest to the point (3,)."""
+    along = np.roll(triangles, -1, axis=1) - triangles
+    lengths = np.maximum(np.vecdot(along, along), np.finfo(float).tiny)
+    part = np.clip(np.vecdot(point - triangles, along) / lengths, 0.0, 1.0)
+    places = triangles + part[..., None] * along
+    which = np.argmin(norm(places - point), axis=1)
+    out = places[np.arange(len(places)), which]
+    normal = np.cross(along[:, 0], along[:, 1])
+    inside = (np.vecdot(np.cross(along, point - triangles), normal[:, None]) > 0).all(axis=1)
+    normal = normal[inside] / norm(normal[inside])[:, None]
+    out[inside] = point - np.vecdot(point - triangles[inside, 0], normal)[:, None] * normal
     return out
 
 
