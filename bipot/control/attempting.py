@@ -14,7 +14,7 @@ from bipot.certificate import EPS
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
-from bipot.errors import InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
+from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
 from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
@@ -25,6 +25,7 @@ from bipot.typing import vdot
 
 STRAYED = (NotConverged, InvertedElement)
 FAILURES = (*STRAYED, ProgramError)
+INADMISSIBLE = (Refused, FoldedAnswer)
 
 
 def attempt_increment(
@@ -39,7 +40,7 @@ def attempt_increment(
     """Try the increment, each time with the forms in turn; ``sparing`` the dissipation program where one strayed.
 
     Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared. What
-    solves the equations and is refused all forms would find: if the increment ``halves``, no other one is tried.
+    solves the equations but is refused or folded all forms would find: if the increment ``halves``, no other is tried.
     ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
     """
 
@@ -63,7 +64,7 @@ def attempt_increment(
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
-                if halves and isinstance(failure, Refused):
+                if halves and isinstance(failure, INADMISSIBLE):
                     return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
