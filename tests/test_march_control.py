@@ -121,6 +121,19 @@ def test_what_is_refused_though_it_solves_the_equations_is_halved_before_other_f
     assert asked == [(FormName.NEWTON, 1.0), (FormName.NEWTON, 0.5), *last]
 
 
+@pytest.mark.parametrize("why", [Refused("no answer", "Use more increments."), FoldedAnswer("no answer")])
+def test_what_all_forms_refuse_with_the_flow_the_first_one_refuses_without(why, monkeypatch):
+    """The shortest increment is tried by all: once, because a pass of a conic program takes long."""
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    going = march(scene, Schedule(2), Control(Newton(), (Tangent(), Dissipation()), cuts=0))
+    next(going)
+    asked = tried_in_turn(why, monkeypatch, set())
+    with pytest.raises(IncrementFailed, match="no answer"):
+        next(going)
+    forms = [FormName.NEWTON, FormName.TANGENT, FormName.DISSIPATION, FormName.NEWTON]
+    assert asked == [(form, 0.5) for form in forms]
+
+
 def test_where_an_iterate_folds_an_element_other_forms_are_tried_before_the_increment_is_halved(monkeypatch):
     """They go other ways to the answer."""
     asked = tried_in_turn(InvertedElement("on the way"), monkeypatch)

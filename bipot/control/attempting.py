@@ -41,10 +41,14 @@ def attempt_increment(
 
     Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared. What
     solves the equations but is refused or folded all forms would find: if the increment ``halves``, no other is tried.
+    Else all are, but once: where other flow is carried on, or none, the first that finds it again speaks for all.
     ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
     """
 
+    alike = halves
+
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
+        nonlocal alike
         passes, failures, last, strayed, spared = 0, list[Reason](), None, False, False
         begins = replace(increment, start=begun)
 
@@ -64,10 +68,11 @@ def attempt_increment(
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
-                if halves and isinstance(failure, INADMISSIBLE):
+                if alike and isinstance(failure, INADMISSIBLE):
                     return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
+        alike = alike or isinstance(last, INADMISSIBLE)
         return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed, spared=spared)
 
     def refused(solved: Solved) -> Reason | None:
