@@ -72,6 +72,10 @@ class InvertedElement(BipotError):
     """An element's Jacobian determinant is not positive; names the element, the value and the place."""
 
 
+class FoldedAnswer(InvertedElement):
+    """An element is folded by what solves an increment, not by an iterate on the way there."""
+
+
 class NotConverged(BipotError):
     """The passes of one increment did not reach the tolerances; ``residuals`` holds the measures above their bounds."""
 

@@ -149,7 +149,7 @@ def solve_increment(
     Raises:
         LeftOff: ``leave`` has decided so.
         NotConverged: at the ``limits``, naming the measures above their bounds; at once if a tool is in a held node.
-        InvertedElement: from an iterate, or if an element of the answer is folded anywhere.
+        InvertedElement: from an iterate; FoldedAnswer if an element of the answer is folded anywhere.
         ProgramError: from an iterate.
     """
     refuse_blocked(increment, limits.bounds)

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from bipot.certificate import MaterialFields
 from bipot.contact.coupling import pairs_of
+from bipot.errors import FoldedAnswer, InvertedElement
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.elements import tabulated
 from bipot.fem.kinematics import Kinematics
@@ -163,10 +164,13 @@ class Body:
         return Response(state, x, du, kin, rotated, returned, forces, space_.vector(forces))
 
     def refuse_folded(self, response: Response) -> None:
-        """Refuse elements that are folded anywhere: where strain or equilibrium is posed, and at the end."""
+        """Refuse elements that an answer folds anywhere: where strain or equilibrium is posed, and at the end."""
         start, du = response.state.nodes, response.du
         placements = self.scene.configuration.measure.placements(start, du)
-        refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry, straight=True)
+        try:
+            refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry, straight=True)
+        except InvertedElement as folded:
+            raise FoldedAnswer(str(folded)) from None
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""

@@ -8,7 +8,16 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.control import attempting, pacing
-from bipot.errors import IncrementFailed, NotConverged, ProgramError, Refused, SceneError, UnsuitedForm
+from bipot.errors import (
+    FoldedAnswer,
+    IncrementFailed,
+    InvertedElement,
+    NotConverged,
+    ProgramError,
+    Refused,
+    SceneError,
+    UnsuitedForm,
+)
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.forms import Dissipation, FormName, Newton, Tangent
@@ -99,14 +108,38 @@ def test_what_a_shorter_increment_would_not_help_spares_no_form(why, monkeypatch
 
 
 @pytest.mark.parametrize("schedule", [Schedule(accuracy=1e-2), Schedule(1)])
-def test_what_is_refused_though_it_solves_the_equations_is_halved_before_other_forms_find_it_too(schedule, monkeypatch):
+@pytest.mark.parametrize("why", [Refused("no answer", "Use more increments."), FoldedAnswer("no answer")])
+def test_what_is_refused_though_it_solves_the_equations_is_halved_before_other_forms_find_it_too(
+    why, schedule, monkeypatch
+):
     """They would take all of their passes for the same answer."""
-    asked = tried_in_turn(Refused("strained too much", "Use more increments."), monkeypatch, set())
+    asked = tried_in_turn(why, monkeypatch, set())
     scene = upsetting(mu=0.0, reduction=0.01, elements=1)
-    with pytest.raises(IncrementFailed, match="strained too much"):
+    with pytest.raises(IncrementFailed, match="no answer"):
         next(march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()), cuts=2)))
     last = [(form, 0.25) for form in (FormName.NEWTON, FormName.TANGENT, FormName.DISSIPATION)]
     assert asked == [(FormName.NEWTON, 1.0), (FormName.NEWTON, 0.5), *last]
+
+
+@pytest.mark.parametrize("why", [Refused("no answer", "Use more increments."), FoldedAnswer("no answer")])
+def test_what_all_forms_refuse_with_the_flow_the_first_one_refuses_without(why, monkeypatch):
+    """The shortest increment is tried by all: once, because a pass of a conic program takes long."""
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    going = march(scene, Schedule(2), Control(Newton(), (Tangent(), Dissipation()), cuts=0))
+    next(going)
+    asked = tried_in_turn(why, monkeypatch, set())
+    with pytest.raises(IncrementFailed, match="no answer"):
+        next(going)
+    forms = [FormName.NEWTON, FormName.TANGENT, FormName.DISSIPATION, FormName.NEWTON]
+    assert asked == [(form, 0.5) for form in forms]
+
+
+def test_where_an_iterate_folds_an_element_other_forms_are_tried_before_the_increment_is_halved(monkeypatch):
+    """They go other ways to the answer."""
+    asked = tried_in_turn(InvertedElement("on the way"), monkeypatch)
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    assert next(march(scene, Schedule(1), Control(Newton(), (Dissipation(),)))).cuts == 0
+    assert asked == [(FormName.NEWTON, 1.0), (FormName.DISSIPATION, 1.0)]
 
 
 @pytest.mark.parametrize("length", [1.0, 0.5])

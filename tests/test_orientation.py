@@ -7,7 +7,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from bipot.errors import InvertedElement
+from bipot.errors import FoldedAnswer, InvertedElement
 from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
 from bipot.fem.orientation import (
@@ -297,5 +297,5 @@ def test_an_increment_is_looked_at_where_it_is_posed_and_where_it_ends(configura
     if when is None:
         body.refuse_folded(response)
     else:
-        with pytest.raises(InvertedElement, match=rf"element 0 at \(1.0, 0.0\), at the {when} of the increment"):
+        with pytest.raises(FoldedAnswer, match=rf"element 0 at \(1.0, 0.0\), at the {when} of the increment"):
             body.refuse_folded(response)

@@ -14,7 +14,7 @@ from bipot.certificate import EPS
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
-from bipot.errors import InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
+from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
 from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
@@ -25,6 +25,7 @@ from bipot.typing import vdot
 
 STRAYED = (NotConverged, InvertedElement)
 FAILURES = (*STRAYED, ProgramError)
+INADMISSIBLE = (Refused, FoldedAnswer)
 
 
 def attempt_increment(
@@ -39,13 +40,17 @@ def attempt_increment(
     """Try the increment, each time with the forms in turn; ``sparing`` the dissipation program where one strayed.
 
     Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared. What
-    solves the equations and is refused all forms would find: if the increment ``halves``, no other one is tried.
+    solves the equations but is refused or folded all forms would find: if the increment ``halves``, no other is tried.
+    Else all are, but once: where other flow is carried on, or none, the first that finds it again speaks for all.
     ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
     """
 
+    alike = halves
+
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
+        nonlocal alike
         passes, failures, last, strayed, spared = 0, list[Reason](), None, False, False
-        refusal: Refused | None = None
+        inadmissible: Exception | None = None
         begins = replace(increment, start=begun)
 
         def count(trial: Trial) -> None:
@@ -64,13 +69,13 @@ def attempt_increment(
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
-                if isinstance(failure, Refused):
-                    refusal = failure
-                    if halves:
+                if isinstance(failure, INADMISSIBLE):
+                    inadmissible = failure
+                    if alike:
                         return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
-        why = refusal or last
+        alike, why = alike or isinstance(last, INADMISSIBLE), inadmissible or last
         return Attempt(None, control.forms[-1].name, passes, tuple(failures), why, strayed, spared=spared)
 
     def refused(solved: Solved) -> Reason | None:

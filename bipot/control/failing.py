@@ -7,7 +7,7 @@ from dataclasses import replace
 from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
 from bipot.control.reason import Reason
-from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
+from bipot.errors import FoldedAnswer, IncrementFailed, InvertedElement, LimitPassed, Refused
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
@@ -58,8 +58,9 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
 
 
 def _decisive(attempt: Attempt) -> Reason:
-    """Why the attempt failed: in the words of its refusal if there is one, else the last reason."""
-    told = [r for r in attempt.failures if isinstance(attempt.last, Refused) and r.said == str(attempt.last)]
+    """Why the attempt failed: in the words of its refusal or fold if there is one, else the last reason."""
+    found = isinstance(attempt.last, Refused | FoldedAnswer)
+    told = [reason for reason in attempt.failures if found and reason.said == str(attempt.last)]
     return told[-1] if told else attempt.failures[-1]
 
 

@@ -17,7 +17,17 @@ from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import InvertedElement, ProgramError, require_type
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed, Tried, distance_of, gone_on, require_solver, softly_placed, solved, tangent_program
+from bipot.forms.posed import (
+    Posed,
+    Tried,
+    distance_of,
+    error_of,
+    gone_on,
+    require_solver,
+    softly_placed,
+    solved,
+    tangent_program,
+)
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram
@@ -74,9 +84,11 @@ class Dissipation:
         tried = Tried(there, forces, distance_of(there, forces, state), whole=False)
         if self.polished:
             tried = _polished(iterate, r, state, tried, clock)
+        error = error_of(tried.iterate, tried.r, state)
         state = state.after(tried.iterate, tried.r, tried.whole, tried.distance)
         timing = Timing(raw.timing.build, clock.outside() - began - raw.timing.build, clock.seconds)
-        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
+        report = state.coupling.report
+        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, report, error=error), state
 
 
 def _polished(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:

@@ -10,6 +10,7 @@ solution of the increment is free of it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -186,13 +187,23 @@ def gone_on(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) 
 
 
 def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:
-    """Largest component of equilibrium residual and natural map of the exact law, in the units of the program."""
+    """Largest component of what is missed of equilibrium and the exact law, in the units of the program."""
+    return float(max(np.abs(part).max(initial=0.0) for part in _missed(iterate, r, state)))
+
+
+def error_of(iterate: Iterate, r: Floats, state: Posed) -> float:
+    """The norm of what is missed of equilibrium and law over that of the contact forces; inf where there are none."""
+    present = float(np.linalg.norm(r)) / state.units.force
+    return math.hypot(*map(np.linalg.norm, _missed(iterate, r, state))) / present if present else math.inf
+
+
+def _missed(iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats]:
+    """The residual (n,) of equilibrium and the natural map (k, d) of the exact law, in the units of the program."""
     units, rows, near = state.units, state.turned(iterate).rows, r[state.near]
     residual = (iterate.residual - rows.forces(near)) / units.force
     motion, force = iterate.motion[state.near] / units.length, near / units.force
     residual_of_law = natural_map(force, motion, rows.mu, 1.0, rows.cap / units.force, force_threshold(force))
-    law = np.where(rows.tied[:, None], motion, residual_of_law)
-    return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
+    return residual, np.where(rows.tied[:, None], motion, residual_of_law)
 
 
 def require_solver(solver: object, field: str) -> None:

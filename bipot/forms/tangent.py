@@ -17,7 +17,7 @@ from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, require_count, require_type
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed, Raw, Tried, distance_of, gone_on, require_solver, solved, tangent_program
+from bipot.forms.posed import Posed, Raw, Tried, distance_of, error_of, gone_on, require_solver, solved, tangent_program
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram, couple, polish
@@ -74,10 +74,12 @@ class Tangent:
             with clock:
                 there = iterate.increment.at(x)
             tried = Tried(there, forces, distance_of(there, forces, state))
+        error = error_of(tried.iterate, tried.r, state)
         state = state.after(tried.iterate, tried.r, raw.exact and tried.whole, tried.distance)
         build = built - began + raw.timing.build
         timing = Timing(build, clock.outside() - began - build, clock.seconds)
-        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
+        report = state.coupling.report
+        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, report, error=error), state
 
     def _posed(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
         """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
