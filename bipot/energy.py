@@ -132,7 +132,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
     taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], solved.iterate.slipped)
     done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
-    closing = ~increment.closed
+    closing = ~increment.tools.closed
     return float(np.where(closing, taken, done).sum())
 
 

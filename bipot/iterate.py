@@ -27,7 +27,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
-from bipot.typing import Bools, Floats, vdot
+from bipot.typing import Floats, vdot
 
 
 @dataclass(frozen=True)
@@ -43,15 +43,9 @@ class Increment:
         """The contact rows of all candidates; for curved tools those at the body at rest in the increment."""
         contacts = self.system.candidates
         if contacts.curved:
-            return contacts.linearised(
-                self.closed, self.tools.meeting(self.driven, self.tools.path), np.zeros(self.size)
-            )
-        return contacts.rows(self.start.gap, self.closed, self.travel, self.driven)
-
-    @property
-    def closed(self) -> Bools:
-        """Which candidates (c,) are in touch at its start."""
-        return self.tools.closed
+            at_rest = self.tools.meeting(self.driven, self.tools.path)
+            return contacts.linearised(self.tools.closed, at_rest, np.zeros(self.size))
+        return contacts.rows(self.start.gap, self.tools.closed, self.travel, self.driven)
 
     @cached_property
     def tools(self) -> Advance:
@@ -96,7 +90,7 @@ class Increment:
         """A node that a support drives off or along a tool to which it is welded, None if there is none."""
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
-        touching = supported.Touching(self.closed, self.start.nodes, self.tools.placed)
+        touching = supported.Touching(self.tools.closed, self.start.nodes, self.tools.placed)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
     @cached_property
@@ -183,7 +177,7 @@ class Iterate:
     def rows(self) -> ContactRows:
         """Contact rows of all candidates; those of flat tools are the same at every iterate but for caps."""
         increment, contacts = self.increment, self.increment.system.candidates
-        rows = contacts.linearised(increment.closed, self.meeting, self.x) if contacts.curved else increment.rows
+        rows = contacts.linearised(increment.tools.closed, self.meeting, self.x) if contacts.curved else increment.rows
         return replace(rows, cap=self._caps) if contacts.capped else rows
 
     @property

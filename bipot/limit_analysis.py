@@ -169,7 +169,7 @@ def _units(scene: Scene) -> Units:
 def _touching(increment: Increment) -> Bools:
     """Candidates (c,) without a gap at the increment's start that are not past an open end of their tool."""
     start, system = increment.start, increment.system
-    near = increment.closed.copy()
+    near = increment.tools.closed.copy()
     if system.candidates.curved:
         here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.tools.path))
         near &= ~system.candidates.faces.beyond(here)

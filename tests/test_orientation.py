@@ -10,12 +10,7 @@ import pytest
 from bipot.errors import FoldedAnswer, InvertedElement
 from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
-from bipot.fem.orientation import (
-    basis,
-    determinant_coefficients,
-    refuse_folded,
-    scaled_jacobians,
-)
+from bipot.fem.orientation import basis, determinant_coefficients, refuse_folded, scaled_jacobians
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.meshes.elements import Element

@@ -91,7 +91,7 @@ class _Pushed(NamedTuple):
     def welded_in(self, chosen: Bools) -> str | None:
         """The sentence on one of the ``chosen`` (c,) that a weld takes into another tool."""
         contacts, size = self.increment.system.candidates, self.increment.system.body.scene.size
-        tied = contacts.welded & self.increment.closed
+        tied = contacts.welded & self.increment.tools.closed
         for node, *pair in self._pairs(chosen) if tied.any() else ():
             for c, other in (pair, pair[::-1]):
                 if tied[c] and (depth := self._depth(c, other)) > CLOSES * size:
