@@ -19,8 +19,8 @@ certificate. These are the public names by subject; everything else is in the su
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
 * results: Accepted, State, Components, Certificate, Energies
 * files: Recorder, Existing, History
-* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, Refused, InvertedElement,
-  FoldedAnswer
+* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed
+* errors of attempts: NotConverged, Refused, InvertedElement, FoldedAnswer
 * errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))

@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+import bipot
 from tests import pages
 from tests.pages import DOCS, PAGES, REFERENCE, ROOT, blocks, printed, written
 
@@ -51,6 +52,12 @@ def test_the_reference_has_modules_that_exist():
     told = runpy.run_path(str(ROOT / "docs" / "_ext" / "reference.py"))
     for page, text in told["modules"]().items():
         assert "auto" in text, page
+
+
+def test_the_reference_has_every_public_name():
+    """A line for each subject in the package's docstring: a name on a second line was lost."""
+    told = runpy.run_path(str(ROOT / "docs" / "_ext" / "reference.py"))["subjects"]()
+    assert sorted(name for names in told.values() for name in names) == sorted(bipot.__all__)
 
 
 @pytest.mark.slow
