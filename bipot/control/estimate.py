@@ -17,16 +17,17 @@ It is a fraction of the force,
   is an event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
   increment after rest or a kink, of which no velocity before tells anything, T is UNEVEN times the variance of the
   increment of peeq over what S is: the more unevenly a body is strained, the more its motion changes by that. An upset
-  cylinder has a tenth of what a square between nearly smooth tools has, in which bands of shear form.
-* An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
-  to yield, while the force still follows the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v|
-  h/20, and not more than h/20, with h <= 1 the strain of the increment over that at yield. Where loads, or forces on
-  tools, change, h is no less than the body's strain in the increment (root of the mean square) over that at yield and
-  the plastic strain so far together, because then the force is given and the error one of the displacement. Where these
-  alone strain the body, it yields bit by bit to the end, and Y counts throughout. In the first increment
-  |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts by D, the part of sum_q w |sigma : de|
-  that is dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma :
-  de| is added to Y, sigma_P of returns in PARTS parts.
+  cylinder has a tenth of what a square between nearly smooth tools has, in which bands of shear form. The mean velocity
+  of a first increment that went past first yield is of both sides of that; T of the second is the less of the two.
+* An increment that ends before the body has long yielded, by its strain since rest or a kink
+  (:func:`bipot.control.yielding.yielded_strain`), ends where the body begins to yield, while the force still follows
+  the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v| h/20, and not more than h/20, with h <= 1
+  the strain of the increment over that at yield. Where loads, or forces on tools, change, h is no less than the body's
+  strain in the increment (root of the mean square) over that at yield and the plastic strain so far together, because
+  then the force is given and the error one of the displacement. Where these alone strain the body, it yields bit by bit
+  to the end, and Y counts throughout. In the first increment |v - v_0|/|v| is one after rest, that of directions after
+  a kink, and it counts by D, the part of sum_q w |sigma : de| that is dissipated. What yields there has no flow to
+  carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| is added to Y, sigma_P of returns in PARTS parts.
 * What an increment from rest stores, 1 - D of its work, says whether the body has long yielded, however far it was
   strained: one that tools or supports confine stores pressure to the end. Evenly strained it is one over the strain in
   yield strains. Where it is no more than SETTLED, Y is what remains of yielding, D ((1 - D)^2 - STORED^2)/10. Else Y is
@@ -42,8 +43,7 @@ v_0 and the lengths before are those at the pace of the increment.
 l is of order one, and the other terms are of order two where the solution is smooth. Errors of the motion stay in the
 shape of the body, and those of later increments add to them, which is GATHERED. It and the other factors are
 calibrated: with the increments that :mod:`bipot.control.pacing` makes of it the largest error of the curve is 0.3 to 3
-times the accuracy on the paper's mesh, and on one of linear elements up to 4 times at 1e-4; it is less on coarse
-meshes, where errors cancel (studies/accuracy/paced.py).
+times the accuracy on the paper's mesh; it is less on coarse meshes, where errors cancel (studies/accuracy/paced.py).
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import lag
-from bipot.control.yielding import YIELDING, is_past_yield, is_strained, strain_of, yield_strain
+from bipot.control.yielding import follows_yield, is_past_yield, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -73,9 +73,9 @@ UNEVEN = 0.4
 cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, which have about ten times the variance.
 """
 
-SETTLED, STORED = 2 / YIELDING, 4 / 3 / YIELDING
+SETTLED, STORED = 1 / 6, 1 / 9
 """Parts of its work that a first increment stores: beyond the first the body still yields; up to the second nothing is
-left of yielding, 1 / YIELDING where it is strained evenly and a third more in plane strain.
+left of yielding. It is one over the strain in yield strains, and a third more in plane strain.
 """
 
 SMALL = 1 / 3
@@ -103,6 +103,8 @@ def error_estimate(start: State, solved: Solved) -> float:
         if _is_first(increment):
             return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
+        if follows_yield(increment):
+            bent = min(bent, _uneven(solved, power))
         return GATHERED * (gathered + bent) + lagging
     # From rest the body may have settled before it ends within the strains of yielding.
     ends = _settles if _is_told(increment) else _begins
@@ -152,15 +154,23 @@ def _settles(start: State, solved: Solved) -> float:
 
 def _strained(solved: Solved, power: Floats) -> float:
     """S, and in a first increment its T, where points (e, q) take a ``power``."""
-    volume, strain = solved.response.kinematics.volume, solved.response.kinematics.strain
+    strain = solved.response.kinematics.strain
+    square = vdot(_weight(solved, power), np.vecdot(strain, strain)) / 12
+    return square + _uneven(solved, power) if _is_first(solved.iterate.increment) else square
+
+
+def _uneven(solved: Solved, power: Floats) -> float:
+    """T by how unevenly the increment strains the body."""
+    weight, flowed = _weight(solved, power), solved.response.returned.dpeeq
+    return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
+
+
+def _weight(solved: Solved, power: Floats) -> Floats:
+    """Of the mean over the body, or over the work where less of it than SMALL takes that."""
+    volume = solved.response.kinematics.volume
     small = float(power.sum()) ** 2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
     weight = power if small else volume
-    weight = weight / float(weight.sum())
-    square = vdot(weight, np.vecdot(strain, strain)) / 12
-    if not _is_first(solved.iterate.increment):
-        return square
-    flowed = solved.response.returned.dpeeq
-    return square + UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
+    return weight / float(weight.sum())
 
 
 def _over_yield(start: State, solved: Solved) -> float:

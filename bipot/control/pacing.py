@@ -6,14 +6,14 @@ way is divided equally; an increment is then up to SLACK longer where that saves
 the accuracy is solved again, shorter, unless its estimate does not fall by that: an event's does not.
 
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
-has a strain of YIELDING yield strains at rest, of TURNING at a kink, at least ONSET sqrt(accuracy) and at most GROWTH
-times that, judged by how far tools and supports go from each other, or from where they are, over the body's extent.
-Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents what is
-beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the next one
-is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first yield
-and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the smallest
-error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the yield
-strain is so large that an increment may not be so long, many short ones follow yielding.
+has the strain at which a body has long yielded (:mod:`bipot.control.yielding`), at least ONSET sqrt(accuracy) and at
+most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the body's
+extent. Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents what
+is beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the next
+one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
+yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
+smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the
+yield strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.control.yielding import TURNING, YIELDING, is_strained, strain_of, yield_strain
+from bipot.control.yielding import is_strained, strain_of, yielded_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -50,7 +50,7 @@ BDF2 is stable below 1 + sqrt(2).
 REFUSED, TRIES = 3.0, 3
 """An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
 
-FINER, USUAL = 0.05, 1e-3
+FINER, USUAL = 0.12, 1e-3
 """Errors of landings and of first yield are of lower order: the length goes with the accuracy from USUAL on by so much
 more than its root."""
 
@@ -120,6 +120,6 @@ class Pacer:
             return max(most, LEAST_LENGTH), 0.0
         # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.
         least = ONSET * math.sqrt(self.aim)
-        far = (TURNING if state.length > 0 else YIELDING) * yield_strain(system)
+        far = yielded_strain(system, state.length > 0)
         strain = min(max(least, far), GROWTH * least)
         return max(min(strain / strained * stretch, most), LEAST_LENGTH), far / strained * stretch

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.contact.closeness import touches
+from bipot.fem.reduction import Geometry
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.system import System
@@ -15,11 +16,11 @@ from bipot.tensors import norm
 from bipot.tools.surfaces import imaged
 from bipot.typing import Floats
 
-YIELDING = 12.0
-"""Of the strain at yield, from rest: where a body has long yielded."""
+YIELDING, CONFINED = 10.0, 1.2
+"""Of the strain at yield, from rest: where a body has long yielded, and so much farther in plane strain."""
 
-TURNING = 24.0
-"""As YIELDING, after a kink: a body that turns round goes twice as far before it yields again."""
+TURNED_ROUND = 2.0
+"""How much farther a body goes after a kink before it has long yielded again."""
 
 ROUND_OFF = 1e-6
 """Of these strains; of that at yield, a strain by which a body is not."""
@@ -27,14 +28,28 @@ ROUND_OFF = 1e-6
 
 def is_past_yield(increment: Increment) -> bool:
     """Whether it ends so far from rest or the last kink that the body has long yielded there."""
-    begun = increment.start.tau
-    turn, length = increment.paces.since_turn(begun, increment.tau)
-    far = (TURNING if turn > 0 else YIELDING) * yield_strain(increment.system)
-    strain = strain_of(increment) * length / (increment.tau - begun)
+    strain, far = _since_turn(increment, increment.tau)
     if strain == 0:
         # Loads let a body yield bit by bit to the end.
         return not increment.loads.changes
     return strain >= far * (1 - ROUND_OFF)
+
+
+def follows_yield(increment: Increment) -> bool:
+    """Whether the last increment, from rest or a kink, went past first yield: its mean velocity is of both."""
+    start = increment.start
+    turn, _ = increment.paces.since_turn(start.tau, increment.tau)
+    if start.tau - start.length > turn + ROUND_OFF * start.length or increment.past.turns:
+        return False
+    strain, far = _since_turn(increment, start.tau)
+    return strain >= far * (1 - ROUND_OFF)
+
+
+def _since_turn(increment: Increment, tau: float) -> tuple[float, float]:
+    """The strain at ``tau`` since rest or the last kink, by rates of the ``increment``, and :func:`yielded_strain`."""
+    begun = increment.start.tau
+    turn, length = increment.paces.since_turn(begun, tau)
+    return strain_of(increment) * length / (increment.tau - begun), yielded_strain(increment.system, turn > 0)
 
 
 def is_strained(solved: Solved) -> bool:
@@ -47,6 +62,13 @@ def yield_strain(system: System) -> float:
     """Yield stress at rest by Young's modulus."""
     material = system.body.scene.material
     return float(material.yield_stress(0.0)) / material.elasticity.young
+
+
+def yielded_strain(system: System, turned: bool) -> float:
+    """That at which a body has long yielded, from rest or where it has ``turned`` round."""
+    confined = system.body.scene.geometry is Geometry.PLANE_STRAIN
+    far = YIELDING * (CONFINED if confined else 1.0) * (TURNED_ROUND if turned else 1.0)
+    return far * yield_strain(system)
 
 
 def strain_of(increment: Increment) -> float:
