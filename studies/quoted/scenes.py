@@ -36,7 +36,6 @@ QUOTED = Quoted(
     values={
         "over_asked_least": lambda results: digits(min(_over_asked(results, "", LINEAR)), 1),
         "over_asked_most": lambda results: digits(max(_over_asked(results, "", LINEAR)), 1),
-        "over_asked_paper": lambda results: digits(max(_over_asked(results, "")), 1),
         "over_asked_coarse": lambda results: digits(min(_over_asked(results, COARSE)), 1),
         "paced_mean_coarse": lambda results: digits(statistics.geometric_mean(_ratios(results, 1e-3)), 2),
         "paced_most_coarse": lambda results: digits(max(_ratios(results, 1e-3)), 3),
