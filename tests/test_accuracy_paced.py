@@ -94,7 +94,7 @@ def test_the_kept_costs_are_as_the_page_says():
     assert np.nanmean(np.log(ratios[1e-3])) < 0
     assert np.nanmax(ratios[1e-3]) < 1.2
     assert 0 < np.nanmean(np.log(ratios[1e-4])) < np.log(1.25)
-    assert np.nanmax(ratios[1e-4]) < 1.8
+    assert np.nanmax(ratios[1e-4]) < 1.85
 
 
 @pytest.mark.xfail(strict=True, reason="what first yield leaves is most of an error of 1e-4")
