@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bipot.control.control import Control
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
+from bipot.forms import Newton
 from bipot.iterate import Increment
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
@@ -22,9 +24,9 @@ from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tensors import norm
 from bipot.tools.circle import Circle
-from bipot.tools.poses import Moment, Turn
+from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.surfaces import Plane
-from bipot.tools.tool import ShapedTool
+from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
 
 SOFT, CORNER = Elastic(Elasticity(1.0, 0.3)), (0.0, 1.0)
 
@@ -39,7 +41,7 @@ def wheel(across: float = 0.0, turn: Turn | None = None) -> ShapedTool:
     return ShapedTool(Circle((0.0, 3.0), 2.0), (across, 0.0), ("top",), np.inf, turn=turn)
 
 
-def scene(tool: ShapedTool, *walls: Support) -> Scene:
+def scene(tool: AnyTool, *walls: Support) -> Scene:
     return Scene(block(1.0, 1.0, 3, 2), Geometry.PLANE_STRAIN, SOFT, walls, (tool,))
 
 
@@ -78,6 +80,30 @@ def test_a_corner_about_which_the_tool_turns_is_not_torn():
 def test_where_a_moment_turns_the_tool_it_may_stay_at_the_wall():
     free = Turn(0.0, (0.0, 3.0), driven_by=Moment(0.1))
     assert torn(scene(wheel(turn=free), Support("left", 0))) is None
+
+
+@pytest.mark.parametrize(
+    "tool",
+    [
+        FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), np.inf, driven_by=Force((5.0, 0.0))),
+        wheel(turn=Turn(0.0, (0.0, 3.0), driven_by=Moment(1.0))),
+    ],
+    ids=["lid", "roll"],
+)
+def test_a_weld_that_only_a_corner_held_fast_would_feel_is_refused(tool):
+    """The corner takes all of the force, or moment, but has no unknown and no row: the tool went on without it."""
+    asked = scene(tool, Support("left", 0), Support("left", 1))
+    assert torn(asked) == CORNER
+    with pytest.raises(IncrementFailed, match="cannot go with the tool that it is welded to"):
+        list(march(asked, Schedule(2), Control(Newton(), (), cuts=0)))
+
+
+@pytest.mark.parametrize("free", [Force((0.0, -5.0)), Force((3.0, -5.0))], ids=["down", "obliquely"])
+def test_a_corner_held_fast_that_a_force_presses_holds_the_tool(free):
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), np.inf, driven_by=free)
+    *_, end = march(scene(tool, Support("left", 0), Support("left", 1)), Schedule(2))
+    np.testing.assert_allclose(end.tool_pose(0), 0.0, atol=1e-12)
+    np.testing.assert_allclose(end.tool_force(0) @ free.direction, free.size, rtol=1e-6)
 
 
 def test_in_space_a_welded_lid_that_turns_about_its_normal_is_torn_off_a_wall():

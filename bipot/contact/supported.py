@@ -9,6 +9,7 @@ import numpy as np
 from bipot.contact.candidates import ROUND_OFF, Candidates
 from bipot.contact.closeness import TOUCHES, touches
 from bipot.laws.projections import unit
+from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.surfaces import across
 from bipot.tools.tool import Tool
@@ -89,6 +90,7 @@ def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
     """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
 
+    Where supports hold a node fast and what drives the tool moves it along that alone, no unknown would feel the weld.
     ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
     """
     size = candidates.scene.size
@@ -98,6 +100,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
         return int(candidates.node[np.argmax(along & slipping)])
     for k, (tool, held) in enumerate(zip(candidates.scene.tools, candidates.held, strict=True)):
         apart = norm(_across(tool, driven[held] - start.gone(tool, k, held))) > TOUCHES * size
+        apart |= _drawn(candidates.scene, k, start, held)
         near = touches(tool.distance(start.nodes[held], start.placed[k]), size)
         if tool.welded and (apart & near).any():
             return int(held[apart & near][0])
@@ -117,6 +120,14 @@ def _led_off(candidates: Candidates, start: Touching, driven: Floats) -> Bools:
         led[own] = not (points.weighted or tool.driven_by or (tool.turn and tool.turn.driven_by))
     off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - gone), 0.0)
     return led & (norm(off) > ALIGNED * (norm(gone) + norm(driven[node])))
+
+
+def _drawn(scene: Scene, number: int, start: Touching, nodes: Ints) -> Bools:
+    """At which ``nodes`` (n,) a force or a moment moves the points of the tool of that ``number``."""
+    drives, own = scene.drives, np.flatnonzero(scene.drives.tool == number)
+    arm = scene.tools[number].arm(start.nodes[nodes], start.placed[number])
+    ways = drives.motion(np.repeat(own[:, None], len(nodes), axis=1), np.broadcast_to(arm, (len(own), *arm.shape)))
+    return np.asarray((norm(ways) > ALIGNED).any(axis=0))
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:
