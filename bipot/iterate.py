@@ -90,7 +90,7 @@ class Increment:
         """A node that a support drives off or along a tool to which it is welded, None if there is none."""
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
-        touching = supported.Touching(self.tools.closed, self.start.nodes, self.tools.placed)
+        touching = supported.Touching(self.tools.closed, self.start.nodes, self.tools.placed, self.tools.path)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
     @cached_property

@@ -16,12 +16,14 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
+from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
-from bipot.tools.poses import Force
-from bipot.tools.tool import FlatTool
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Force, Turn
+from bipot.tools.tool import FlatTool, ShapedTool
 
 SOFT = VonMises(Elasticity(1e3, 0.3), Linear(10.0, 10.0))
 NODE = 15
@@ -175,3 +177,33 @@ def test_a_node_between_a_tool_and_its_mirror_image_is_named(part):
     said = words(Scene(half, Geometry.PLANE_STRAIN, SOFT, (Symmetry("left", 0),), (jaw, lid)))
     assert (said is None) == (part < 1)
     assert said is None or "Node 0 is jammed between tools[0] and what holds it" in said
+
+
+RADIUS, ACROSS = 1.2, 0.6
+"""A roll, and how far its axis is from the wall: at the wall its surface rises by cot a = sqrt(R^2 - c^2) / c."""
+STEEP = float(np.sqrt(RADIUS**2 - ACROSS**2) / ACROSS)
+
+
+def rolled(mu: float) -> Scene:
+    """A block beside a wall, into which a roll is pressed and then turns: metal rises between wall and roll."""
+    centre, down = (ACROSS, 1.0 + RADIUS), 0.95 * (RADIUS - float(np.sqrt(RADIUS**2 - ACROSS**2)))
+    turn = Turn(-0.1, centre, Amplitude(((0.0, 0.0), (0.4, 0.0), (1.0, 1.0))))
+    path = (0.0, 0.0), (0.4, 1.0), (1.0, 1.0)
+    roll = ShapedTool(Circle(centre, RADIUS), (0.0, -down), ("top",), mu, path, turn=turn)
+    held = Support("base", 1), Support("left", 0)
+    return Scene(block(1.0, 1.0, 3, 1), Geometry.PLANE_STRAIN, SOFT, held, (roll,))
+
+
+def test_a_node_that_its_body_brings_to_the_tool_is_named():
+    """Of r (-sin a, -cos a) and friction mu r (-cos a, sin a), what is along the wall is downward below mu = cot a.
+
+    The roll turns in place, so it would not reach a body that rests.
+    """
+    steps = list(march(rolled(0.97 * STEEP), Schedule(8, landings=(0.4,))))
+    landed = next(k for k, step in enumerate(steps) if step.state.forces[0].any())
+    before, end = steps[landed - 1].state, steps[landed].state.tau
+    less, more = (jammed(Increment(system_of(rolled(part * STEEP)), before, end)) for part in (0.97, 1.03))
+    assert before.gap[0] > 1e-3
+    assert less is None
+    assert more is not None
+    assert "is jammed between tools[0] and what holds it" in more

@@ -9,6 +9,8 @@ from bipot.conic.problem import Cone
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InfeasibleProgram, SceneError, UnboundedProgram
+from bipot.forms.base import Cache, FormName
+from bipot.forms.posed import solved
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.data import Block, ContactRows, Term, Units
@@ -164,6 +166,18 @@ def test_no_clearance_is_reported_infeasible_by_both_routes():
     for route in (direct, stated):
         with pytest.raises(InfeasibleProgram, match="no displacement"):
             route(one_dof((-1.0, 0.5)))
+
+
+def test_a_frozen_shift_that_no_displacement_satisfies_is_not_blamed_on_the_gaps():
+    """x >= 0.2 alone has solutions, x + 0.3 >= 2 |x + 1| has none: it is -0.7 >= 0 where the slip x + 1 vanishes."""
+    one = sp.csr_matrix(np.ones((1, 1)))
+    free, no_cap = np.zeros(1, dtype=bool), np.full(1, np.inf)
+    rows = ContactRows(one, np.array([-0.2]), one, np.ones((1, 1)), np.array([0]), np.array([2.0]), no_cap, free)
+    shifted = TangentProgram(np.eye(1), np.zeros(1), ContactTerms(rows, np.zeros(1), np.array([0.5])))
+    with pytest.raises(InfeasibleProgram, match="cones of friction with the shift"):
+        solved(shifted, FormName.TANGENT, Clarabel(), TIGHT, Cache())
+    gaps = TangentProgram(np.eye(1), np.zeros(1), ContactTerms(rows, np.zeros(1)))
+    assert solved(gaps, FormName.TANGENT, Clarabel(), TIGHT, Cache()).u == pytest.approx([0.2], abs=1e-8)
 
 
 def test_no_stiffness_under_load_is_reported_unbounded():

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.contact.closeness import carries, touches
+from bipot.errors import InvertedElement
 from bipot.iterate import Increment
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats
@@ -123,9 +124,19 @@ def _between(one: Floats, other: Floats) -> float:
 
 
 def _at_hand(increment: Increment) -> Bools:
-    """Which candidates (c,) touch or push at the start, or are reached by the end if the body rests."""
+    """Which candidates (c,) touch or push at the start, or are reached by the end if the body rests or goes on."""
     start, size = increment.start, increment.system.body.scene.size
-    return carries(start.forces) | touches(np.minimum(start.gap, increment.rows.gap), size)
+    gap = np.minimum(np.minimum(start.gap, increment.rows.gap), _gone_on(increment))
+    return carries(start.forces) | touches(gap, size)
+
+
+def _gone_on(increment: Increment) -> Floats:
+    """Gaps (c,) at the end if the body goes on as it came to the start, inf where that folds it."""
+    on = increment.past.rates * (increment.tau - increment.start.tau)
+    try:
+        return increment.at(increment.system.body.space.gather(on)).motion[:, 0]
+    except InvertedElement:
+        return np.full(len(increment.start.gap), np.inf)
 
 
 def _close(normal: Floats, motion: Floats) -> bool:

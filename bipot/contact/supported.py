@@ -9,10 +9,11 @@ import numpy as np
 from bipot.contact.candidates import ROUND_OFF, Candidates
 from bipot.contact.closeness import TOUCHES, touches
 from bipot.laws.projections import unit
+from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.surfaces import across
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints
 
 ALIGNED = 1e-9
 """A tangential motion below this fraction of the motions of tool and support is round-off."""
@@ -27,11 +28,21 @@ class DrivenInto(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Where an increment starts: the ``closed`` (c,), nodes (a, d), and the poses ``placed`` (k, p) of the tools."""
+    """Where an increment starts: the ``closed`` (c,), nodes (a, d), and the poses ``placed`` (k, p) of the tools.
+
+    These change by the ``path`` (k, p).
+    """
 
     closed: Bools
     nodes: Floats
     placed: Floats
+    path: Floats
+
+    def gone(self, tool: Tool, number: int, nodes: Ints) -> Floats:
+        """How far (n, d) the tool of that ``number`` takes its points at some ``nodes`` (n,)."""
+        x, advance = self.nodes[nodes], self.path[number]
+        travel = np.broadcast_to(advance[: x.shape[1]], x.shape)
+        return travel if tool.turn is None else travel + tool.turn.swept(x, self.placed[number], advance)
 
 
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
@@ -79,31 +90,44 @@ def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
     """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
 
+    Where supports hold a node fast and what drives the tool moves it along that alone, no unknown would feel the weld.
     ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
     """
     size = candidates.scene.size
     along = candidates.welded & start.closed
-    slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, travel, driven)
+    slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, start, driven)
     if (along & slipping).any():
         return int(candidates.node[np.argmax(along & slipping)])
-    for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):
-        apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
-        near = touches(tool.distance(start.nodes[held], placed), size)
+    for k, (tool, held) in enumerate(zip(candidates.scene.tools, candidates.held, strict=True)):
+        apart = norm(_across(tool, driven[held] - start.gone(tool, k, held))) > TOUCHES * size
+        apart |= _drawn(candidates.scene, k, start, held)
+        near = touches(tool.distance(start.nodes[held], start.placed[k]), size)
         if tool.welded and (apart & near).any():
             return int(held[apart & near][0])
     return None
 
 
-def _led_off(candidates: Candidates, travel: Floats, driven: Floats) -> Bools:
+def _led_off(candidates: Candidates, start: Touching, driven: Floats) -> Bools:
     """Candidates (c,) that supports hold or drive, along some direction, differently from the motion of their tool.
 
-    Of nodes, at flat tools that no force drives: one may take its tool to where the node is.
+    Of nodes, at tools that nothing drives: a force or a moment may take its tool to where the node is.
     """
-    scene, node, tool = candidates.scene, candidates.node, candidates.tool
-    each = zip(scene.tools, candidates.points, strict=True)
-    led = np.array([t.flat and t.driven_by is None and not p.weighted for t, p in each], dtype=bool)
-    off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - travel[tool]), 0.0)
-    return led[tool] & (norm(off) > ALIGNED * (norm(travel)[tool] + norm(driven[node])))
+    scene, node = candidates.scene, candidates.node
+    gone, led = np.zeros((len(node), scene.mesh.dimension)), np.zeros(len(node), dtype=bool)
+    for k, (tool, points) in enumerate(zip(scene.tools, candidates.points, strict=True)):
+        own = candidates.tool == k
+        gone[own] = start.gone(tool, k, node[own])
+        led[own] = not (points.weighted or tool.driven_by or (tool.turn and tool.turn.driven_by))
+    off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - gone), 0.0)
+    return led & (norm(off) > ALIGNED * (norm(gone) + norm(driven[node])))
+
+
+def _drawn(scene: Scene, number: int, start: Touching, nodes: Ints) -> Bools:
+    """At which ``nodes`` (n,) a force or a moment moves the points of the tool of that ``number``."""
+    drives, own = scene.drives, np.flatnonzero(scene.drives.tool == number)
+    arm = scene.tools[number].arm(start.nodes[nodes], start.placed[number])
+    ways = drives.motion(np.repeat(own[:, None], len(nodes), axis=1), np.broadcast_to(arm, (len(own), *arm.shape)))
+    return np.asarray((norm(ways) > ALIGNED).any(axis=0))
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:

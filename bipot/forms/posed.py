@@ -20,7 +20,7 @@ import scipy.sparse as sp
 from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.contact.closeness import near_tools
-from bipot.errors import require
+from bipot.errors import InfeasibleProgram, require
 from bipot.forms.base import Cache, FormName
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import force_threshold, natural_map
@@ -37,6 +37,9 @@ UNPUSHED = 1e-9
 
 SOFT = 1e-5
 """The stiffness of the spring over that of the tool's elastic support."""
+
+SHIFTED = "no displacement satisfies the cones of friction with the shift of the last pass frozen in them"
+"""Why a program with a frozen shift has no solution. The gaps may have one: it says nothing of tools and supports."""
 
 
 @dataclass(frozen=True)
@@ -154,8 +157,18 @@ class Tried(NamedTuple):
 def solved(
     program: TangentProgram | DissipationProgram, name: FormName, solver: ConicSolver, accuracy: Accuracy, cache: Cache
 ) -> Raw:
-    """Solve the program of the form of that name, whose ``solver`` keeps reusable data in the cache."""
-    answer, handle = solver.solve(program.conic(), accuracy, cache.handles.get(name))
+    """Solve the program of the form of that name, whose ``solver`` keeps reusable data in the cache.
+
+    Raises:
+        InfeasibleProgram, UnboundedProgram, ProgramError: as of :meth:`~bipot.conic.solver.ConicSolver.solve`.
+    """
+    try:
+        answer, handle = solver.solve(program.conic(), accuracy, cache.handles.get(name))
+    except InfeasibleProgram as found:
+        if program.contact.shift is None:
+            raise
+        # Where every displacement that closes a gap slips by more than the shift allows, the gaps alone have solutions.
+        raise InfeasibleProgram(SHIFTED) from found
     cache.handles[name] = handle
     r = program.contact.contact_forces(answer)
     return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
