@@ -24,7 +24,7 @@ from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units, rows_of
-from bipot.programs.limit import LimitProgram, Mechanism, sliding, unit_rows
+from bipot.programs.limit import UNMOVED, LimitProgram, Mechanism, sliding, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
@@ -73,8 +73,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     increment = Increment(system, system.rest(), float(tau))
     whole, parts = max_abs(_load(increment)), _parts(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
-    # Far from the origin the lengths of edges are differences of large numbers.
-    left = CANCELLED * (1 + np.abs(scene.mesh.nodes).max() / scene.mesh.size) * max(parts, default=0.0)
+    left = _cancelled(scene) * max(parts, default=0.0)
     require(whole > left, f"largest nodal load at tau = {tau}", whole, allowed)
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
@@ -87,6 +86,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
+    if not found.share > _cancelled(scene):
+        raise InfeasibleProgram(UNMOVED)
     motion = system.body.space.spread(found.v)
     return LimitLoad(found.carried, read_only(motion / np.abs(motion).max(), np.float64))
 
@@ -153,6 +154,11 @@ def _parts(increment: Increment) -> list[float]:
     scene, space, tau = increment.system.body.scene, increment.system.body.space, increment.tau
     alone = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
     return [float(size) for size in (*alone, *np.abs(scene.drives.at(tau)))]
+
+
+def _cancelled(scene: Scene) -> float:
+    """Sum of loads, over their size, that is round-off: far from the origin edges are differences of large numbers."""
+    return CANCELLED * (1 + float(np.abs(scene.mesh.nodes).max()) / scene.mesh.size)
 
 
 def _units(scene: Scene) -> Units:

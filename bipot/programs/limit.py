@@ -37,6 +37,10 @@ DEPENDENT = 1e-8
 FARKAS = 1e-6
 """Work by which a mechanism may penetrate tools, over the load's gain or its dissipation."""
 
+BALANCED = 1e-6
+"""Gain of a load, over the sum of the work of its parts, up to which no collapse is claimed: round-off where they
+balance each other, more where they do so in a shape that equilibrium, asked for to 1e-7, has found."""
+
 KEPT = 1e-9
 """Work by which it may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent, as in
 curved elements that lock, a solver may leave 3e-7 and a limit load 1.5 % too low."""
@@ -58,6 +62,7 @@ class Mechanism:
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` the plastic dissipation, and
     ``overtaken`` the work of all loads together on the largest closure of a contact, or lack of dilatant opening.
+    ``share`` is the gain F . v over sum_i |F_i v_i|, small where the parts of the load balance each other on v.
     Where ``rubs`` is false no contact slips: no friction would hold the load.
     """
 
@@ -65,6 +70,7 @@ class Mechanism:
     volume: float
     carried: float
     overtaken: float
+    share: float
     rubs: bool = True
 
     @staticmethod
@@ -72,11 +78,11 @@ class Mechanism:
         """The mechanism of the motion v (n,) under ``force`` (n,); a motion without gain is none."""
         gain = float(force @ v)
         if not gain > 0:
-            return Mechanism(v, np.inf, np.inf, np.inf)
+            return Mechanism(v, np.inf, np.inf, np.inf, 0.0)
         change = np.abs(model.volumetric @ v).max() * model.weight.sum() * model.threshold.max()
         flow = np.linalg.norm((model.deviatoric @ v).reshape(model.stress.shape), axis=1)
         carried = float(ROOT * (model.weight * model.threshold) @ flow) / gain
-        return Mechanism(v / gain, float(change) / gain, carried, _overtaken(force, rows, v) / gain)
+        return Mechanism(v / gain, float(change) / gain, carried, _overtaken(force, rows, v) / gain, _share(force, v))
 
     @property
     def admissible(self) -> bool:
@@ -86,8 +92,16 @@ class Mechanism:
 
     @property
     def holds(self) -> bool:
-        """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains."""
-        return self.admissible and self.carried < 1
+        """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains.
+
+        A gain that is lost in what the load's parts do to each other is none: a load as near as that is in balance.
+        """
+        return self.admissible and self.carried < 1 and self.share > BALANCED
+
+
+def _share(force: Floats, v: Floats) -> float:
+    """The gain F . v over the sum of the work of all parts of F."""
+    return float(force @ v) / float(np.abs(force) @ np.abs(v))
 
 
 def _overtaken(force: Floats, rows: ContactRows, v: Floats) -> float:
@@ -107,7 +121,9 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
         InfeasibleProgram: there is none.
         ProgramError: no answer.
     """
-    if not (rigid.size and force.any()):
+    gain = force @ rigid
+    gain = np.where(np.abs(gain) > BALANCED * (np.abs(force) @ np.abs(rigid)), gain, 0.0)
+    if not gain.any():
         raise InfeasibleProgram(UNMOVED)
     variables, free, size = Variables(), np.zeros(len(rows.frictional)), rigid.shape[1]
     variables.add(Block.DISPLACEMENT, size)
@@ -117,7 +133,7 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
         P=sp.csc_matrix((size, size)),
         q=np.zeros(size),
         rows=(
-            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(force @ rigid / max_abs(force)), -np.ones(1)),
+            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1)),
             *terms.cone_rows(size, size),
         ),
         blocks=variables.blocks,
@@ -125,7 +141,7 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
     answer, _ = solver.solve(program, accuracy)
     v = rigid @ answer.block(Block.DISPLACEMENT)
     v /= float(force @ v)
-    return Mechanism(v, 0.0, 0.0, _overtaken(force, rows, v))
+    return Mechanism(v, 0.0, 0.0, _overtaken(force, rows, v), _share(force, v))
 
 
 def unit_rows(rows: sp.csr_matrix) -> sp.csr_matrix:
