@@ -81,8 +81,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touched = bool(_touching(increment)[system.candidates.tool == k].any())
         require(touched, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
-    rows = _rows(increment).take(_touching(increment))
-    found = _program(increment, _load(increment), rows).mechanism(Clarabel(), ACCURATE)
+    load, rows = _load(increment), _rows(increment).take(_touching(increment))
+    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -127,6 +127,15 @@ def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRow
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism without strain."""
     return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
+
+
+def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
+    """The same, None where there is none: interior points would find a limit load of zero to a digit or two only."""
+    try:
+        found = _slid(increment, load, rows)
+    except ProgramError:
+        return None
+    return found if found.holds else None
 
 
 def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:

@@ -12,6 +12,7 @@ proof and not to the body, and only raises the fraction. The inequalities judge 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,8 +32,9 @@ from bipot.typing import Floats, max_abs
 DENSE = 3000
 """Unknowns up to which a basis of the motions that preserve the volume is computed."""
 
-DEPENDENT = 1e-8
-"""Remainder of a row, over the longest, below which it depends on the others."""
+DEPENDENT = (1e-8, 1e-10, 1e-12)
+"""Remainders of a row, over the longest, below which it depends on the others, tried in turn: round-off far from the
+origin is above the last, rows of curved or axisymmetric elements that lock are below the first."""
 
 FARKAS = 1e-6
 """Work by which a mechanism may penetrate tools, over the load's gain or its dissipation."""
@@ -44,6 +46,9 @@ balance each other, more where they do so in a shape that equilibrium, asked for
 KEPT = 1e-9
 """Work by which it may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent, as in
 curved elements that lock, a solver may leave 3e-7 and a limit load 1.5 % too low."""
+
+SAME = 1e-6
+"""Change of dissipation, over it, by which a correction of the volume leaves the least as it is."""
 
 SOFT = 1e-12
 CORRECTIONS = 3
@@ -165,25 +170,43 @@ class LimitProgram:
     def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
         """The motion found, with its judgement.
 
-        If the rows of volume defeat the interior points, a basis of the motions that preserve it is used instead.
+        If the rows of volume defeat the interior points, bases of the motions that preserve it are used instead: the
+        nearest such motion proves a bound, but where it costs more or less than what was found, that is not the least.
 
         Raises:
             InfeasibleProgram: no motion that the load drives keeps the volume.
             ProgramError: no answer.
         """
+        known = list[Mechanism]()
         try:
             found = self.judged(self.motion(solver, accuracy))
-            # Where interior points end slightly outside the bound, the nearest motion is within it.
-            found = found if found.admissible else self.judged(self.nearest(found.v))
+            known = [found if found.admissible else self.judged(self.nearest(found.v))]
         except InfeasibleProgram:
             raise
         except ProgramError:
-            if (basis := isochoric(self._volumes)) is None:
+            if not (bases := isochoric(self._volumes)):
                 raise
         else:
-            if found.admissible or (basis := isochoric(self._volumes)) is None:
-                return found
-        return self.judged(basis @ self.within(basis).motion(solver, accuracy))
+            same = abs(known[0].carried - found.carried) <= SAME * found.carried
+            if (known[0].admissible and same) or not (bases := isochoric(self._volumes)):
+                return known[0]
+        known.append(self._spanned(bases, solver, accuracy))
+        return min((m for m in known if m.admissible), key=lambda m: m.carried, default=known[-1])
+
+    def _spanned(self, bases: list[Floats], solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+        """The first admissible mechanism of ever smaller ``bases`` (n, k), or else that of the first.
+
+        That rows which depend on others by round-off alone leave no motion is no proof that there is none.
+        """
+        first, *smaller = bases
+        found = self.judged(first @ self.within(first).motion(solver, accuracy))
+        for basis in smaller:
+            if found.admissible:
+                break
+            with suppress(ProgramError):
+                other = self.judged(basis @ self.within(basis).motion(solver, accuracy))
+                found = other if other.admissible else found
+        return found
 
     def within(self, basis: Floats) -> LimitProgram:
         """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
@@ -255,16 +278,18 @@ class LimitProgram:
         )
 
 
-def isochoric(volumes: sp.csr_matrix) -> Floats | None:
-    """Orthonormal motions (n, k) for which the rows ``volumes`` (m, n) are zero; None if there are too many unknowns.
+def isochoric(volumes: sp.csr_matrix) -> list[Floats]:
+    """Orthonormal motions (n, k) for which the rows ``volumes`` (m, n) are zero; none if there are too many unknowns.
 
-    Where elements lock the rows are dependent, and as equalities they would stall interior points.
+    Where elements lock the rows are dependent, and as equalities they would stall interior points. How nearly is not
+    known: the bases are ever smaller, as ever more rows count as independent.
     """
     if volumes.get_shape()[1] > DENSE:
-        return None
+        return []
     factors: tuple[Floats, ...] = qr(volumes.toarray().T, pivoting=True)  # type: ignore[assignment]
     Q, size = factors[0], np.abs(np.diagonal(factors[1]))
-    return Q[:, int((size > DEPENDENT * size[0]).sum()) :]
+    ranks = dict.fromkeys(int((size > part * size[0]).sum()) for part in DEPENDENT)
+    return [Q[:, rank:] for rank in ranks]
 
 
 def _still(rows: ContactRows) -> ContactRows:
