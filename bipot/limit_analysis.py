@@ -71,9 +71,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
-    whole, parts = max_abs(_load(increment)), _parts(increment)
+    whole, left = max_abs(_load(increment)), _left(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
-    left = _cancelled(scene) * max(parts, default=0.0)
     require(whole > left, f"largest nodal load at tau = {tau}", whole, allowed)
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
@@ -98,7 +97,7 @@ def collapse(increment: Increment) -> Mechanism | None:
     It is a proof; the motion v is a length over the load's gain. None where none is found, or with capped friction.
     """
     load = _load(increment)
-    if increment.system.candidates.capped or not load.any():
+    if increment.system.candidates.capped or not max_abs(load) > _left(increment):
         return None
     holding = _holding(increment)
     rows = _rows(increment)
@@ -158,11 +157,11 @@ def _load(increment: Increment) -> Floats:
     return increment.system.load(increment.loads.ahead, increment.tau)
 
 
-def _parts(increment: Increment) -> list[float]:
-    """The largest nodal force of each load alone, driving forces of tools included."""
+def _left(increment: Increment) -> float:
+    """Nodal force that is round-off of loads, driving forces of tools included, which cancel or which supports bear."""
     scene, space, tau = increment.system.body.scene, increment.system.body.space, increment.tau
     alone = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
-    return [float(size) for size in (*alone, *np.abs(scene.drives.at(tau)))]
+    return _cancelled(scene) * float(max((*alone, *np.abs(scene.drives.at(tau))), default=0.0))
 
 
 def _cancelled(scene: Scene) -> float:

@@ -6,6 +6,7 @@ import pytest
 from bipot import (
     Control,
     Elasticity,
+    Element,
     FlatTool,
     Geometry,
     IncrementFailed,
@@ -66,6 +67,18 @@ def test_a_march_that_fails_does_not_lay_it_on_balanced_loads():
     with pytest.raises(IncrementFailed, match="newton") as caught:
         list(march(pulled(1.1), Schedule(4), control))
     assert not isinstance(caught.value, LimitPassed)
+
+
+@pytest.mark.parametrize("element", [Element.H8, Element.T10])
+@pytest.mark.parametrize("size", [1e-5, 0.3, 700.0])
+def test_a_brick_on_rollers_that_is_pressed_evenly_carries_its_yield_stress(size, element):
+    """Across the load its parts are round-off alone, and nothing holds the brick there."""
+    straight = brick(1.0, 1.2, 0.9, 2, 2, 2, element=element)
+    lean = np.array([[1.0, 0.1, 0.0], [-0.1, 0.9, 0.0], [0.0, 0.0, 1.1]])
+    mesh = Mesh(size * straight.nodes @ lean, straight.elements, straight.boundaries)
+    steel, load = VonMises(STEEL, SOFT), (Pressure("top", 1.0),)
+    scene = Scene(mesh, Geometry.SOLID, steel, (Support("base", 2),), loads=load)
+    assert limit_load(scene).multiple == pytest.approx(100.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("size", [1e-5, 1.0, 700.0])

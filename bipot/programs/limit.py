@@ -40,8 +40,8 @@ FARKAS = 1e-6
 """Work by which a mechanism may penetrate tools, over the load's gain or its dissipation."""
 
 BALANCED = 1e-6
-"""Gain of a load, over the sum of the work of its parts, up to which no collapse is claimed: round-off where they
-balance each other, more where they do so in a shape that equilibrium, asked for to 1e-7, has found."""
+"""Gain of a load, over the work of its parts on the largest motion, up to which no collapse is claimed: round-off where
+they balance each other, more where they do so in a shape that equilibrium, asked for to 1e-7, has found."""
 
 KEPT = 1e-9
 """Work by which it may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent, as in
@@ -67,7 +67,7 @@ class Mechanism:
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` the plastic dissipation, and
     ``overtaken`` the work of all loads together on the largest closure of a contact, or lack of dilatant opening.
-    ``share`` is the gain F . v over sum_i |F_i v_i|, small where the parts of the load balance each other on v.
+    ``share`` is the gain F . v over sum_i |F_i| max |v|, small where the parts of the load balance each other on v.
     Where ``rubs`` is false no contact slips: no friction would hold the load.
     """
 
@@ -105,8 +105,8 @@ class Mechanism:
 
 
 def _share(force: Floats, v: Floats) -> float:
-    """The gain F . v over the sum of the work of all parts of F."""
-    return float(force @ v) / float(np.abs(force) @ np.abs(v))
+    """The gain F . v over the work of all parts of F on the largest part of v."""
+    return float(force @ v) / (float(np.abs(force).sum()) * max_abs(v))
 
 
 def _overtaken(force: Floats, rows: ContactRows, v: Floats) -> float:
@@ -127,7 +127,8 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
         ProgramError: no answer.
     """
     gain = force @ rigid
-    gain = np.where(np.abs(gain) > BALANCED * (np.abs(force) @ np.abs(rigid)), gain, 0.0)
+    most = np.abs(force).sum() * np.abs(rigid).max(axis=0, initial=0.0)
+    gain = np.where(np.abs(gain) > BALANCED * most, gain, 0.0)
     if not gain.any():
         raise InfeasibleProgram(UNMOVED)
     variables, free, size = Variables(), np.zeros(len(rows.frictional)), rigid.shape[1]
