@@ -36,13 +36,13 @@ def infeasible(program: ConicProgram, z: Floats) -> bool:
     return gain > MISSED * size and gain >= FAR * largest * float(np.abs(left).sum())
 
 
-def unbounded(program: ConicProgram, x: Floats) -> bool:
-    """Whether the cost falls along the ray x (n,) as far as anything is in reach."""
+def unbounded(program: ConicProgram, x: Floats, far: float = FAR) -> bool:
+    """Whether the cost falls along the ray x (n,) as ``far`` as anything is in reach."""
     gain, size = -float(program.q @ x), max_abs(x)
     largest = max([1.0, *(max_abs(rows.b) for rows in program.rows)])
     curvature = float(x @ (program.P @ x))
     stays = all(_left(rows, rows.A @ x) <= size / FAR for rows in program.rows)
-    return gain > 0 and stays and gain * size >= FAR * largest * curvature
+    return gain > 0 and stays and gain * size >= far * largest * curvature
 
 
 def _left(rows: Rows, motion: Floats) -> float:
