@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -47,17 +47,18 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     the body where the tools rest; closed ones also where both rest.
 
     Raises:
-        ProgramError: a welded point, capped friction, or a singular stiffness.
+        ProgramError: a welded point, capped friction, or a singular stiffness, as where forces drive a tool.
     """
     require_type(accepted, Accepted, "accepted")
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
     near = near_tools(rows, iterate.x, iterate.length) | (r != 0).any(axis=1)
-    taken = rows.take(near)
-    K = iterate.stiffness(TangentKind.CONSISTENT)
-    f = K @ iterate.x - rows.forces(r)
-    program = TangentProgram(K, f, ContactTerms(taken, np.zeros(len(taken.frictional))))
-    problem = reduce(condense(program).program).problem
-    return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
+    taken, own = rows.take(near), r[near].ravel()
+    terms = ContactTerms(taken, np.zeros(len(taken.frictional)))
+    program = TangentProgram(iterate.stiffness(TangentKind.CONSISTENT), np.zeros_like(iterate.x), terms)
+    reduced = reduce(condense(program).program).problem
+    # As a difference q is as exact as W r, which in perfect flow the solution under a load would not be.
+    problem = replace(reduced, q=taken.motion(iterate.x).ravel() - reduced.W @ own)
+    return ContactProblem(problem, own, np.flatnonzero(near))
 
 
 def export_fclib(path: Path, accepted: Accepted) -> None:
