@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,23 +38,27 @@ class ContactProblem:
 def contact_problem(accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
-    The increment's own contact forces solve it as exactly as the increment was solved. It contains every candidate
-    that carries a force, since all of these are in the balance, and those near their tool at the end
-    (:func:`bipot.contact.closeness.near_tools`), judged by the motion of the tools in the increment, or of the body
-    where the tools rest; closed ones also where both rest.
+    The increment's own contact forces solve it as exactly as they meet the law, and W r + q is the increment's own
+    motion to round-off of W r. For this its load is what these forces balance, which is the increment's up to the
+    error of its equilibrium: in perfect flow W is so large that this error would move the contacts visibly.
+
+    It contains every candidate that carries a force, since all of these are in the balance, and those near their tool
+    at the end (:func:`bipot.contact.closeness.near_tools`), judged by the motion of the tools in the increment, or of
+    the body where the tools rest; closed ones also where both rest.
 
     Raises:
-        ProgramError: a welded point, capped friction, or a singular stiffness.
+        ProgramError: a welded point, capped friction, or a singular stiffness, as where forces drive a tool.
     """
     require_type(accepted, Accepted, "accepted")
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
     near = near_tools(rows, iterate.x, iterate.length) | (r != 0).any(axis=1)
-    taken = rows.take(near)
-    K = iterate.stiffness(TangentKind.CONSISTENT)
-    f = K @ iterate.x - iterate.residual
-    program = TangentProgram(K, f, ContactTerms(taken, np.zeros(len(taken.frictional))))
-    problem = reduce(condense(program).program).problem
-    return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
+    taken, own = rows.take(near), r[near].ravel()
+    terms = ContactTerms(taken, np.zeros(len(taken.frictional)))
+    program = TangentProgram(iterate.stiffness(TangentKind.CONSISTENT), np.zeros_like(iterate.x), terms)
+    reduced = reduce(condense(program).program).problem
+    # As a difference q is as exact as W r, which in perfect flow the solution under a load would not be.
+    problem = replace(reduced, q=taken.motion(iterate.x).ravel() - reduced.W @ own)
+    return ContactProblem(problem, own, np.flatnonzero(near))
 
 
 def export_fclib(path: Path, accepted: Accepted) -> None:
@@ -74,12 +78,12 @@ def conic_program(
 ) -> TangentProgram | DissipationProgram | PenaltyProgram:
     """The convex program of the pass by ``form`` that would follow the last one of an accepted increment.
 
-    Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, to
-    the accuracy to which the increment was solved. It contains all free unknowns (which :class:`Tangent` condenses
-    before it solves) and rows of the candidates near their tool. It is dimensionless: lengths in
-    ``accepted.units.length``, forces in ``accepted.units.force``, energies in their product. ``conic()`` is the
-    standard form, ``statement()`` the same in cvxpy. The multipliers of the rows "gap" are the normal contact forces,
-    those of "friction" the thresholds mu r_n, or their caps, and the tangential forces.
+    Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, up to
+    what the error of the increment's equilibrium moves the body by, which is more in perfect flow. It contains all free
+    unknowns (which :class:`Tangent` condenses before it solves) and rows of the candidates near their tool. It is
+    dimensionless: lengths in ``accepted.units.length``, forces in ``accepted.units.force``, energies in their product.
+    ``conic()`` is the standard form, ``statement()`` the same in cvxpy. The multipliers of the rows "gap" are the
+    normal contact forces, those of "friction" the thresholds mu r_n, or their caps, and the tangential forces.
     """
     require_type(accepted, Accepted, "accepted")
     poses = isinstance(form, Tangent | Dissipation | Penalty | Uzawa)

@@ -24,7 +24,7 @@ from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units, rows_of
-from bipot.programs.limit import LimitProgram, Mechanism, sliding, unit_rows
+from bipot.programs.limit import UNMOVED, LimitProgram, Mechanism, sliding, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
@@ -71,10 +71,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
-    whole, parts = max_abs(_load(increment)), _parts(increment)
+    whole, left = max_abs(_load(increment)), _left(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
-    # Far from the origin the lengths of edges are differences of large numbers.
-    left = CANCELLED * (1 + np.abs(scene.mesh.nodes).max() / scene.mesh.size) * max(parts, default=0.0)
     require(whole > left, f"largest nodal load at tau = {tau}", whole, allowed)
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
@@ -82,11 +80,13 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touched = bool(_touching(increment)[system.candidates.tool == k].any())
         require(touched, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
-    rows = _rows(increment).take(_touching(increment))
-    found = _program(increment, _load(increment), rows).mechanism(Clarabel(), ACCURATE)
+    load, rows = _load(increment), _rows(increment).take(_touching(increment))
+    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
+    if not found.share > _cancelled(scene):
+        raise InfeasibleProgram(UNMOVED)
     motion = system.body.space.spread(found.v)
     return LimitLoad(found.carried, read_only(motion / np.abs(motion).max(), np.float64))
 
@@ -97,7 +97,7 @@ def collapse(increment: Increment) -> Mechanism | None:
     It is a proof; the motion v is a length over the load's gain. None where none is found, or with capped friction.
     """
     load = _load(increment)
-    if increment.system.candidates.capped or not load.any():
+    if increment.system.candidates.capped or not max_abs(load) > _left(increment):
         return None
     holding = _holding(increment)
     rows = _rows(increment)
@@ -128,6 +128,15 @@ def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
 
 
+def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
+    """The same, None where there is none: interior points would find a limit load of zero to a digit or two only."""
+    try:
+        found = _slid(increment, load, rows)
+    except ProgramError:
+        return None
+    return found if found.holds else None
+
+
 def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism of plastic flow."""
     scene = increment.system.body.scene
@@ -148,11 +157,16 @@ def _load(increment: Increment) -> Floats:
     return increment.system.load(increment.loads.ahead, increment.tau)
 
 
-def _parts(increment: Increment) -> list[float]:
-    """The largest nodal force of each load alone, driving forces of tools included."""
+def _left(increment: Increment) -> float:
+    """Nodal force that is round-off of loads, driving forces of tools included, which cancel or which supports bear."""
     scene, space, tau = increment.system.body.scene, increment.system.body.space, increment.tau
     alone = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
-    return [float(size) for size in (*alone, *np.abs(scene.drives.at(tau)))]
+    return _cancelled(scene) * float(max((*alone, *np.abs(scene.drives.at(tau))), default=0.0))
+
+
+def _cancelled(scene: Scene) -> float:
+    """Sum of loads, over their size, that is round-off: far from the origin edges are differences of large numbers."""
+    return CANCELLED * (1 + float(np.abs(scene.mesh.nodes).max()) / scene.mesh.size)
 
 
 def _units(scene: Scene) -> Units:

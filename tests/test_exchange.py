@@ -25,12 +25,17 @@ from bipot.coulomb import (
 )
 from bipot.errors import NotConverged, ProgramError
 from bipot.exchange import conic_program, contact_problem, export_fclib
+from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Tangent
 from bipot.forms import Newton as NewtonForm
 from bipot.increment import Limits as Increments
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.sections import block
 from bipot.paper import upsetting
-from tests.scenes import DIRECT, fresh, path, refused
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
+from tests.scenes import DIRECT, STEEL, fresh, path, refused
 from tests.scenes import run as upset
 
 LIMITS = Limits(tol=1e-13, seconds=30.0)
@@ -69,6 +74,32 @@ def test_the_motion_of_the_reduced_problem_is_that_of_the_march(exported, accept
     travel = 0.5 * (accepted.state.tau - accepted.start.tau)
     np.testing.assert_allclose(problem.velocity(r).reshape(-1, 2), motion, atol=1e-9 * travel)
     assert (np.delete(accepted.solved.r, near, axis=0) == 0).all()
+
+
+def test_the_motion_of_a_body_in_perfect_flow_is_that_of_the_march():
+    """Forces of 1e-9 of the contact's move such a body by 1e-3 of the increment: no equilibrium is as good as that.
+
+    Gap and slip are those of the nodes, from positions alone.
+    """
+    punch = FlatTool((0.0, 10.0), (0.0, -1.0), (0.0, -1.0), ("top",), mu=0.2)
+    strip = Scene(
+        mesh=block(20.0, 10.0, 8, 4),
+        geometry=Geometry.PLANE_STRAIN,
+        material=STEEL,
+        supports=(Support("left", 0), Support("base", 1)),
+        tools=(punch,),
+    )
+    *_, last = march(strip, Schedule(6, first=0.005))
+    found = contact_problem(last)
+    before, after = (s.nodes[strip.mesh.boundary_nodes("top")] for s in (last.start, last.state))
+    gap = 10.0 - last.state.tau - after[:, 1]
+    inside = after[:, 0] > 0
+    problem, travel = found.problem, last.state.tau - last.start.tau
+    seen = problem.velocity(found.r).reshape(-1, 2)
+    assert np.abs(problem.W @ found.r).max() > 1e5 * travel
+    assert (found.candidate == np.arange(len(gap))).all()
+    np.testing.assert_allclose(seen[:, 0], gap, atol=1e-9 * travel)
+    np.testing.assert_allclose(np.abs(seen[inside, 1]), np.abs(after - before)[inside, 0], atol=1e-9 * travel)
 
 
 @pytest.fixture(scope="module")

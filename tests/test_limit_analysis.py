@@ -150,7 +150,7 @@ def test_an_answer_that_changes_the_volume_a_little_is_corrected(volume, monkeyp
     monkeypatch.setattr(LimitProgram, "motion", disturbed)
     assert limit_load(scene).multiple == pytest.approx(found, rel=1e-6)
     monkeypatch.setattr(LimitProgram, "nearest", lambda program, v: v)
-    monkeypatch.setattr("bipot.programs.limit.isochoric", lambda volumes: None)
+    monkeypatch.setattr("bipot.programs.limit.isochoric", lambda volumes: [])
     with pytest.raises(ProgramError, match="changes volume"):
         limit_load(scene)
 

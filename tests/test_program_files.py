@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.file import FileError
@@ -244,3 +245,22 @@ def test_the_pages_program_is_saved_and_solved_elsewhere(tmp_path, monkeypatch, 
     statement, standard = map(float, capsys.readouterr().out.split())
     assert abs(statement - standard) < 1e-7 * abs(standard)
     assert load(tmp_path / "increment.npz")[1] is not None
+
+
+def test_the_statement_of_a_sparse_penalised_program_stays_sparse():
+    """Its squares are those of a root of K, which has as few entries as K's factors; cvxpy is asked what it poses."""
+    program = conic_program(run(0.3)[5], Penalty(1e6, 1e6))
+    data, *_ = program.statement().problem.get_problem_data("CLARABEL")
+    unknowns = len(program.f)
+    assert data["A"].nnz + data["P"].nnz < unknowns**2 / 3
+
+
+def test_a_singular_penalised_program_is_stated_too():
+    """Bars that nothing holds along their axes but the penalty: no pivots, so the root is by eigenvalues."""
+    program = conic_program(run(0.3)[5], Penalty(1e6, 1e6))
+    bars = sp.block_diag([np.array([[1.0, -1.0], [-1.0, 1.0]])] * (len(program.f) // 2), format="csc")
+    free = replace(program, K=sp.csc_matrix(bars), f=bars @ program.f)
+    answer, _ = Clarabel().solve(free.conic(), TIGHT)
+    stated = free.statement()
+    stated.problem.solve(solver="CLARABEL")
+    assert stated.value - stated.constant() == pytest.approx(answer.program.cost(answer.x), rel=1e-6)

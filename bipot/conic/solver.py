@@ -35,7 +35,8 @@ class ConicSolver(Protocol):
         """The solution, and the handle to pass as ``last`` with the next program.
 
         Raises:
-            InfeasibleProgram, UnboundedProgram: the solver has a certificate.
+            InfeasibleProgram, UnboundedProgram: the solver has a certificate, which proves it
+                (:mod:`bipot.conic.proofs`) where the solver shows it.
             ProgramError: no answer within the limits.
         """
         ...

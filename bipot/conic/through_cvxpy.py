@@ -172,9 +172,10 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
             raise ProgramError(f"conic solver stopped without an answer ({broken}): refine the increment") from broken
     total = time.perf_counter() - started
     status, stats = stated.problem.status, stated.problem.solver_stats
-    if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):
+    # What is inaccurate proves nothing, and cvxpy keeps no certificate that would tell.
+    if status == cp.INFEASIBLE:
         raise infeasible()
-    if status in (cp.UNBOUNDED, cp.UNBOUNDED_INACCURATE):
+    if status == cp.UNBOUNDED:
         raise unbounded()
     if status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise unsolved(status)

@@ -25,6 +25,7 @@ from scipy import sparse
 from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
+from bipot.conic.proofs import unbounded
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ConeMap, ContactFunction
 from bipot.coulomb.newton import Newton, merit
@@ -32,11 +33,15 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solver import ScaledProblem, Solver, scale
 from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_type
-from bipot.laws.projections import project_cone
 from bipot.typing import Floats, make_floats
 
 # Least weight of the polish's proximal term, and the |F| of scaled numbers at which nothing is left to polish.
 _LIGHTEST, _EXACT = 1e-10, 1e-15
+
+UNBOUNDED = "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
+
+# Forces over the load's that no W holds to more than a few digits: what is in balance so far is so for ever.
+BALANCED = 1e12
 
 # A tolerance beyond LOOSEST, however loosened, is none; and Clarabel's own limit of iterations.
 _LOOSEST, _ITERATIONS = 9e-3, 200
@@ -102,10 +107,8 @@ class ForceProgram:
             answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
             if answer.outcome is not Claim.SOLVED:
                 answer, _ = self.solver.solve(program, self.settings.accuracy(100))
-        except UnboundedProgram as unbounded:
-            raise InfeasibleProgram(
-                "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
-            ) from unbounded
+        except UnboundedProgram as ray:
+            raise InfeasibleProgram(UNBOUNDED) from ray
         except ProgramError:
             answer, _ = self.solver.solve(program, self.settings.accuracy(100))
         if answer.outcome is not Claim.SOLVED:
@@ -170,12 +173,15 @@ class AssociatedSolution:
         return self.problem.velocity(self.r)
 
     def residual(self) -> float:
-        """|r - P_K(r - ρ u)| / max(ρ |q|, |r|), ρ = d c / trace W: the relaxation's own optimality."""
-        p = self.problem
-        r, u = p.by_contact(self.r), p.by_contact(self.u)
-        error = r - project_cone(r - p.force_scale * u, p.mu)
-        size = max(p.force_scale * float(np.linalg.norm(p.q)), float(np.linalg.norm(r)))
-        return float(np.linalg.norm(error)) / size if size else 0.0
+        """The relaxation's own optimality: max(|r' - P_K(r' - u')|, ε | |W'| |r'| |) / |q'|, ε = 2.2e-16.
+
+        Units are those of contacts (:mod:`bipot.coulomb.solution`), and the scale is the load: forces diverge where
+        the program is unbounded, and would hide any error. The second part is what round-off of W r leaves unknown.
+        """
+        scaled = scale(self.problem)
+        r = self.r / scaled.force
+        lost = np.finfo(np.float64).eps * float(np.linalg.norm(abs(scaled.W) @ np.abs(r)))
+        return max(merit(scaled, ConeMap(), r, scaled.velocity(r)), lost)
 
     def dilatancy(self) -> float:
         """Opening by sliding, the sum of u_n over contacts that carry force, length units; 0 under Coulomb's
@@ -187,6 +193,8 @@ class AssociatedSolution:
 def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = None) -> AssociatedSolution:
     """Solve the relaxation by one conic program and its polish.
 
+    Where round-off or a nearly singular W leave more than ``settings.tol``, the answer's residual says so.
+
     Raises SceneError for an unsymmetric W or an indefinite one, InfeasibleProgram where the program is unbounded.
     """
     require_type(problem, CoulombProblem, "problem")
@@ -195,6 +203,11 @@ def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = N
     require(asymmetry <= ROUGHLY, "asymmetry of W", asymmetry, f"<= {ROUGHLY}: the relaxation is an energy")
     require(problem.semidefinite, "W", "indefinite", "positive semidefinite: the relaxation is a convex energy")
     scaled = scale(problem)
-    program = force_program(scaled, scaled.mu, settings)
-    r = program.solve(scaled.q, np.zeros_like(scaled.mu))
-    return AssociatedSolution(problem, scaled.unscale(polished_force(scaled, ConeMap(), r, scaled.q, 10)))
+    found = force_program(scaled, scaled.mu, settings).solve(scaled.q, np.zeros_like(scaled.mu))
+    near = polished_force(scaled, ConeMap(), found, scaled.q)
+    answer = AssociatedSolution(problem, scaled.unscale(near))
+    # What is added to W bounds every program; without it the forces found may gain as far as anything is in reach.
+    bare = force_program(scaled, scaled.mu, replace(settings, regularisation=0.0)).conic
+    if answer.residual() > settings.tol and any(unbounded(bare, ray, BALANCED) for ray in (found, near)):
+        raise InfeasibleProgram(UNBOUNDED)
+    return answer

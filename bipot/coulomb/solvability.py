@@ -130,7 +130,8 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = m
 def _is_farkas(A: sparse.csr_array, b: Floats, y: Floats) -> bool:
     """Whether y >= 0 (sum y = 1) balances itself, |Aᵀ y| <= 1e-6 |b · y|, and does negative work b · y < 0.
 
-    What is left of Aᵀ y could only be used by x above 1e6 in scaled units.
+    What is left of Aᵀ y could only be used by x above 1e6 in scaled units: of such forces round-off leaves 1e-10 of the
+    load, so no answer with them would be one at the default tolerance.
     """
     y = np.maximum(y, 0.0)
     work = float(b @ y)

@@ -12,6 +12,7 @@ proof and not to the body, and only raises the fraction. The inequalities judge 
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,15 +32,23 @@ from bipot.typing import Floats, max_abs
 DENSE = 3000
 """Unknowns up to which a basis of the motions that preserve the volume is computed."""
 
-DEPENDENT = 1e-8
-"""Remainder of a row, over the longest, below which it depends on the others."""
+DEPENDENT = (1e-8, 1e-10, 1e-12)
+"""Remainders of a row, over the longest, below which it depends on the others, tried in turn: round-off far from the
+origin is above the last, rows of curved or axisymmetric elements that lock are below the first."""
 
 FARKAS = 1e-6
 """Work by which a mechanism may penetrate tools, over the load's gain or its dissipation."""
 
+BALANCED = 1e-6
+"""Gain of a load, over the work of its parts on the largest motion, up to which no collapse is claimed: round-off where
+they balance each other, more where they do so in a shape that equilibrium, asked for to 1e-7, has found."""
+
 KEPT = 1e-9
 """Work by which it may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent, as in
 curved elements that lock, a solver may leave 3e-7 and a limit load 1.5 % too low."""
+
+SAME = 1e-6
+"""Change of dissipation, over it, by which a correction of the volume leaves the least as it is."""
 
 SOFT = 1e-12
 CORRECTIONS = 3
@@ -58,6 +67,7 @@ class Mechanism:
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` the plastic dissipation, and
     ``overtaken`` the work of all loads together on the largest closure of a contact, or lack of dilatant opening.
+    ``share`` is the gain F . v over sum_i |F_i| max |v|, small where the parts of the load balance each other on v.
     Where ``rubs`` is false no contact slips: no friction would hold the load.
     """
 
@@ -65,6 +75,7 @@ class Mechanism:
     volume: float
     carried: float
     overtaken: float
+    share: float
     rubs: bool = True
 
     @staticmethod
@@ -72,11 +83,11 @@ class Mechanism:
         """The mechanism of the motion v (n,) under ``force`` (n,); a motion without gain is none."""
         gain = float(force @ v)
         if not gain > 0:
-            return Mechanism(v, np.inf, np.inf, np.inf)
+            return Mechanism(v, np.inf, np.inf, np.inf, 0.0)
         change = np.abs(model.volumetric @ v).max() * model.weight.sum() * model.threshold.max()
         flow = np.linalg.norm((model.deviatoric @ v).reshape(model.stress.shape), axis=1)
         carried = float(ROOT * (model.weight * model.threshold) @ flow) / gain
-        return Mechanism(v / gain, float(change) / gain, carried, _overtaken(force, rows, v) / gain)
+        return Mechanism(v / gain, float(change) / gain, carried, _overtaken(force, rows, v) / gain, _share(force, v))
 
     @property
     def admissible(self) -> bool:
@@ -86,8 +97,16 @@ class Mechanism:
 
     @property
     def holds(self) -> bool:
-        """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains."""
-        return self.admissible and self.carried < 1
+        """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains.
+
+        A gain that is lost in what the load's parts do to each other is none: a load as near as that is in balance.
+        """
+        return self.admissible and self.carried < 1 and self.share > BALANCED
+
+
+def _share(force: Floats, v: Floats) -> float:
+    """The gain F . v over the work of all parts of F on the largest part of v."""
+    return float(force @ v) / (float(np.abs(force).sum()) * max_abs(v))
 
 
 def _overtaken(force: Floats, rows: ContactRows, v: Floats) -> float:
@@ -107,7 +126,10 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
         InfeasibleProgram: there is none.
         ProgramError: no answer.
     """
-    if not (rigid.size and force.any()):
+    gain = force @ rigid
+    most = np.abs(force).sum() * np.abs(rigid).max(axis=0, initial=0.0)
+    gain = np.where(np.abs(gain) > BALANCED * most, gain, 0.0)
+    if not gain.any():
         raise InfeasibleProgram(UNMOVED)
     variables, free, size = Variables(), np.zeros(len(rows.frictional)), rigid.shape[1]
     variables.add(Block.DISPLACEMENT, size)
@@ -117,7 +139,7 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
         P=sp.csc_matrix((size, size)),
         q=np.zeros(size),
         rows=(
-            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(force @ rigid / max_abs(force)), -np.ones(1)),
+            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1)),
             *terms.cone_rows(size, size),
         ),
         blocks=variables.blocks,
@@ -125,7 +147,7 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
     answer, _ = solver.solve(program, accuracy)
     v = rigid @ answer.block(Block.DISPLACEMENT)
     v /= float(force @ v)
-    return Mechanism(v, 0.0, 0.0, _overtaken(force, rows, v))
+    return Mechanism(v, 0.0, 0.0, _overtaken(force, rows, v), _share(force, v))
 
 
 def unit_rows(rows: sp.csr_matrix) -> sp.csr_matrix:
@@ -149,25 +171,43 @@ class LimitProgram:
     def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
         """The motion found, with its judgement.
 
-        If the rows of volume defeat the interior points, a basis of the motions that preserve it is used instead.
+        If the rows of volume defeat the interior points, bases of the motions that preserve it are used instead: the
+        nearest such motion proves a bound, but where it costs more or less than what was found, that is not the least.
 
         Raises:
             InfeasibleProgram: no motion that the load drives keeps the volume.
             ProgramError: no answer.
         """
+        known = list[Mechanism]()
         try:
             found = self.judged(self.motion(solver, accuracy))
-            # Where interior points end slightly outside the bound, the nearest motion is within it.
-            found = found if found.admissible else self.judged(self.nearest(found.v))
+            known = [found if found.admissible else self.judged(self.nearest(found.v))]
         except InfeasibleProgram:
             raise
         except ProgramError:
-            if (basis := isochoric(self._volumes)) is None:
+            if not (bases := isochoric(self._volumes)):
                 raise
         else:
-            if found.admissible or (basis := isochoric(self._volumes)) is None:
-                return found
-        return self.judged(basis @ self.within(basis).motion(solver, accuracy))
+            same = abs(known[0].carried - found.carried) <= SAME * found.carried
+            if (known[0].admissible and same) or not (bases := isochoric(self._volumes)):
+                return known[0]
+        known.append(self._spanned(bases, solver, accuracy))
+        return min((m for m in known if m.admissible), key=lambda m: m.carried, default=known[-1])
+
+    def _spanned(self, bases: list[Floats], solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+        """The first admissible mechanism of ever smaller ``bases`` (n, k), or else that of the first.
+
+        That rows which depend on others by round-off alone leave no motion is no proof that there is none.
+        """
+        first, *smaller = bases
+        found = self.judged(first @ self.within(first).motion(solver, accuracy))
+        for basis in smaller:
+            if found.admissible:
+                break
+            with suppress(ProgramError):
+                other = self.judged(basis @ self.within(basis).motion(solver, accuracy))
+                found = other if other.admissible else found
+        return found
 
     def within(self, basis: Floats) -> LimitProgram:
         """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
@@ -239,16 +279,18 @@ class LimitProgram:
         )
 
 
-def isochoric(volumes: sp.csr_matrix) -> Floats | None:
-    """Orthonormal motions (n, k) for which the rows ``volumes`` (m, n) are zero; None if there are too many unknowns.
+def isochoric(volumes: sp.csr_matrix) -> list[Floats]:
+    """Orthonormal motions (n, k) for which the rows ``volumes`` (m, n) are zero; none if there are too many unknowns.
 
-    Where elements lock the rows are dependent, and as equalities they would stall interior points.
+    Where elements lock the rows are dependent, and as equalities they would stall interior points. How nearly is not
+    known: the bases are ever smaller, as ever more rows count as independent.
     """
     if volumes.get_shape()[1] > DENSE:
-        return None
+        return []
     factors: tuple[Floats, ...] = qr(volumes.toarray().T, pivoting=True)  # type: ignore[assignment]
     Q, size = factors[0], np.abs(np.diagonal(factors[1]))
-    return Q[:, int((size > DEPENDENT * size[0]).sum()) :]
+    ranks = dict.fromkeys(int((size > part * size[0]).sum()) for part in DEPENDENT)
+    return [Q[:, rank:] for rank in ranks]
 
 
 def _still(rows: ContactRows) -> ContactRows:

@@ -18,8 +18,9 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables
 from bipot.conic.through_cvxpy import Stated
+from bipot.errors import ProgramError
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential, tangential_traction
-from bipot.programs.condensation import Condensed, condense
+from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
 from bipot.programs.terms import ContactTerms
@@ -27,6 +28,9 @@ from bipot.typing import Floats, max_abs
 
 LOST = 1e-3
 """Residual over the largest force above which a minimisation is given up."""
+
+DISTINCT = 1e-12
+"""Pivots of a stiffness over its largest entry on the diagonal that are not round-off."""
 
 
 class Minimum(NamedTuple):
@@ -199,9 +203,21 @@ class PenaltyProgram:
         return PenaltyProgram(small.program.K, small.program.f, terms), small
 
 
-def _square_root(K: sp.csc_matrix | Floats) -> Floats:
-    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
-    values, vectors = np.linalg.eigh(K if isinstance(K, np.ndarray) else K.toarray())
+def _square_root(K: sp.csc_matrix | Floats) -> sp.csc_matrix | Floats:
+    """L with L' L = K: of a sparse K by its pivots, as sparse as its factors; of any other by eigenvalues.
+
+    In homogeneous perfect flow K is singular, and Cholesky would refuse it.
+    """
+    if not isinstance(K, np.ndarray):
+        try:
+            factor = factorise(K)
+        except ProgramError:
+            return _square_root(K.toarray())
+        pivot, order = factor.U.diagonal(), factor.perm_c
+        if np.array_equal(factor.perm_r, order) and pivot.min(initial=np.inf) > DISTINCT * np.abs(K.diagonal()).max():
+            return sp.csc_matrix(sp.diags(1 / np.sqrt(pivot)) @ factor.U)[:, order]
+        return _square_root(K.toarray())
+    values, vectors = np.linalg.eigh(K)
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 
 
