@@ -24,7 +24,7 @@ from bipot.iterate import Increment
 from bipot.typing import Bools, Floats, Ints, make_floats
 
 FIRST_LOOK = 0.9
-"""Where to look for the event between an open start and a first trial that is closed."""
+"""Where, between an open start and an end with the candidate closed, to look first if the velocity finds nothing."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Locate:
 
 @dataclass(frozen=True)
 class Landing:
-    """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node."""
+    """The increment that ends where the first candidate lands: its end, how it was solved, candidate and node."""
 
     tau: float
     attempt: Attempt
@@ -58,7 +58,7 @@ class Landing:
 
 
 def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
-    """Candidates with a gap (c,) above ``none`` at the start of an increment that carry force r (c, d) at its end.
+    """Candidates with a gap (c,) above ``none`` at the start of an increment, which carry force r (c, d) at its end.
 
     >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
     array([0])
@@ -114,13 +114,13 @@ def locate(
 
 
 def _expected_rate(increment: Increment) -> Floats:
-    """dg/dtau (c,) in the increment: by the velocity that led to its start and the tools' paths."""
+    """dg/dtau (c,) in the increment, by the body's velocity that led to its start and the tools' paths."""
     rows, start = increment.rows, increment.start
     body = rows.G_n @ increment.system.body.space.gather(increment.past.rates)
     return body + (rows.gap - start.gap) / (increment.tau - start.tau)
 
 
 def _first(gap: Floats, rate: Floats) -> float:
-    """The time at which the first of the gaps closes at these rates; inf if none closes."""
+    """How long it takes at these rates until the first of the gaps closes; inf if none closes."""
     closing = rate < 0
     return float(np.min(gap[closing] / -rate[closing], initial=np.inf))
