@@ -27,7 +27,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
-from bipot.typing import Floats, vdot
+from bipot.typing import Floats, max_abs, vdot
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ class Increment:
             InvertedElement: an element is inverted in the trial configuration.
             NotConverged: x is so large that squares of positions would overflow.
         """
-        if not np.abs(x).max(initial=0.0) <= LARGEST_LENGTH:
+        if not max_abs(x) <= LARGEST_LENGTH:
             raise NotConverged("an iterate runs away: nothing holds the body, or next to nothing")
         return Iterate(self, self.system.body.respond(self.start, x, self.driven))
 
@@ -171,7 +171,7 @@ class Iterate:
         """How far tools go in the increment, or nodes if the tools rest; never zero."""
         least = LEAST_MOTION * self.increment.system.body.scene.mesh.size
         moved = max(float(norm(self.response.du).max()), least)
-        return max(self.increment.reach, float(np.abs(self.translated).max(initial=0.0))) or moved
+        return max(self.increment.reach, max_abs(self.translated)) or moved
 
     @cached_property
     def rows(self) -> ContactRows:
