@@ -27,7 +27,7 @@ class DrivenInto(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Where an increment starts: the ``closed`` (c,), nodes (a, d), and the poses ``placed`` (k, p) of the tools."""
+    """The start of an increment: ``closed`` candidates (c,), nodes (a, d), and the tools' poses ``placed`` (k, p)."""
 
     closed: Bools
     nodes: Floats
@@ -35,16 +35,16 @@ class Touching(NamedTuple):
 
 
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
-    """The tool that is deepest in a node which supports hold along its normal, so that no motion can resolve it.
+    """The tool that is deepest in a node which supports hold along the tool's normal, so that no motion can resolve it.
 
-    Tools are in the poses ``placed`` (k, p), held nodes displaced by what is ``driven`` (a, d).
+    Tools are in the poses ``placed`` (k, p), and held nodes are displaced by ``driven`` (a, d).
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
     for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
         if not len(nodes):
             continue
         held = nodes_at[nodes]
-        # What round-off of the two positions makes of their difference is no depth.
+        # Depth is a difference of two places, and their round-off is no depth.
         depth = -tool.distance(held, pose) - ROUND_OFF * tool.places(held, pose)
         depth[tool.face.beyond(tool.own(held, pose))] = 0.0
         if depth.max() > worst.depth:
@@ -53,22 +53,22 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
 
 
 def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
-    """Slips (c, d - 1) along tangents that supports fully hold or drive; zero elsewhere, or if nearly normal.
+    """Slips (c, d - 1) along tangents that supports fully hold or drive; zero elsewhere, and if the motion is normal.
 
-    In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
+    Tools ``travel`` (k, d) along their paths, and supports displace held nodes by ``driven`` (a, d).
     """
     if not candidates.tangent_held.any():
         return np.zeros((len(candidates.node), candidates.scene.mesh.dimension - 1))
     drawn = candidates.met.motion(driven)
     moved = candidates.approach(travel, drawn)
-    # Against what both move by: that they move together is a difference of round-off.
+    # Relative to the motions of both, so that round-off is no slip where they move together.
     lengths = norm(travel)[candidates.tool] + candidates.parts.averaged(norm(drawn))
     small = norm(moved[:, 1:]) <= ALIGNED * lengths
     return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
 
 
 def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
-    """Contact forces r (c, d) with the friction -s slip/|slip|, s (c,), where the slip is known, ``dragged``."""
+    """Contact forces r (c, d) with the friction -s slip/|slip|, s (c,), where the slip ``dragged`` is known."""
     if not dragged.any():
         return r
     out = r.copy()
@@ -79,13 +79,13 @@ def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
     """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
 
-    ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
+    ``travel`` and ``driven`` are as in :func:`dragged`.
     """
     size = candidates.scene.size
-    along = candidates.welded & start.closed
     slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, travel, driven)
-    if (along & slipping).any():
-        return int(candidates.node[np.argmax(along & slipping)])
+    off_weld = candidates.welded & start.closed & slipping
+    if off_weld.any():
+        return int(candidates.node[np.argmax(off_weld)])
     for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):
         apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
         near = touches(tool.distance(start.nodes[held], placed), size)
@@ -97,13 +97,13 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
 def _led_off(candidates: Candidates, travel: Floats, driven: Floats) -> Bools:
     """Candidates (c,) that supports hold or drive, along some direction, differently from the motion of their tool.
 
-    Of nodes, at flat tools that no force drives: one may take its tool to where the node is.
+    Only nodes at flat tools on paths are judged: a force may take its tool to where the node is.
     """
     scene, node, tool = candidates.scene, candidates.node, candidates.tool
     each = zip(scene.tools, candidates.points, strict=True)
-    led = np.array([t.flat and t.driven_by is None and not p.weighted for t, p in each], dtype=bool)
+    judged = np.array([t.flat and t.driven_by is None and not p.weighted for t, p in each], dtype=bool)
     off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - travel[tool]), 0.0)
-    return led[tool] & (norm(off) > ALIGNED * (norm(travel)[tool] + norm(driven[node])))
+    return judged[tool] & (norm(off) > ALIGNED * (norm(travel)[tool] + norm(driven[node])))
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:
