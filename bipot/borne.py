@@ -6,8 +6,8 @@ and as it turns. A body that already moves by v is taken along, beyond v, by
     v_j(v) = mean_c n (n . m)+,    m = m_c - v,
 
 plus (1 - n n') m where friction holds all points that push; where the tool is welded, by all of m. The mean is over the
-points that push, weighted by r_n, or if none does over all that touch, weighted by their part of the whole body. A
-body that tool k meets is carried by the others beyond the way v_s of its supports, by v_1 and then by more:
+points that push, weighted by r_n, or if none does over all that touch, weighted by their part of the whole body. A body
+that tool k meets is carried by the others, beyond the way v_s of its supports by v_1 and then by more:
 
     v_1 = N N' V(v_s),        v_1 + 1/2 N N' V(v_s + v_1),        V(v) = sum_j |v_j| v_j / sum_j |v_j|,
 

@@ -22,9 +22,8 @@ energies of the modelled body:
 Where friction is capped (:func:`bipot.laws.coulomb.limit`), min(mu r_n, cap) stands for mu r_n in the cone and the gap.
 
 Every scale is a force or an energy that occurred; 0/0 counts as met. The :class:`Resolution` of a measure is the value
-that round-off of the stored numbers alone may give it (for the gap also the motion that round-off of forces causes).
-Where it is above the bound, the measure decides nothing and is reported as below resolution, neither passed nor
-refused.
+that round-off of the stored numbers alone may give it (for the gap also motions by the round-off of forces). Where it
+is above the bound, the measure decides nothing and is reported as below resolution, neither passed nor refused.
 """
 
 from __future__ import annotations
@@ -196,7 +195,8 @@ def certify(
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
     excess = equivalent_stress(material.stress) / material.yield_stress - 1
     material_energy = max(_energies(material))
-    energy = max(abs(work), _friction(contact), material_energy)
+    friction = float(np.abs(np.vecdot(contact.r[:, 1:], contact.motion[:, 1:])).sum())
+    energy = max(abs(work), friction, material_energy)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     # Where nothing may touch there is no contact force with round-off.
     unsure = balance.blur if len(contact.r) else 0.0
@@ -263,11 +263,6 @@ def _energies(material: MaterialFields) -> tuple[float, float]:
     change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
     return vdot(m.weight, m.dissipation), float(stored.sum())
-
-
-def _friction(contact: ContactFields) -> float:
-    """Frictional dissipation, the sum over contacts of its magnitude."""
-    return float(np.abs(np.vecdot(contact.r[:, 1:], contact.motion[:, 1:])).sum())
 
 
 def _cone(contact: ContactFields) -> float:

@@ -23,9 +23,9 @@ to that of a force that opposes the slip at its limit, with cap_0 that of the st
 sticks, or that slid in another direction, is not such a force. The term is the gap of the bipotential between force and
 slip, never negative. It is zero where a point slides on in its direction, of order three in the increment where the
 direction turns smoothly, and 2 s_0 |du_t| where it reverses. A point that was open has s_0 = 0, and a weld does not
-slip. Where friction at the end is below its limit the point has not slid, and no term is due: its motion is the creep
-of a penalty or a remainder of zero. Tools move on against the corrected force, and through the air against none: what
-friction is more than - r_t . du_t is added to work too, and the balance is as it would be without.
+slip. Where friction at the end is below its limit the point has not slid: its motion is the creep of a penalty or a
+remainder of zero. Tools move on against the corrected force, and through the air against none: what friction is more
+than - r_t . du_t is added to work too, and the balance is as it would be without.
 
 Slip in the air is no friction. A tool that moves steadily along the normal, from where it leaves a point or to where it
 lands on it, is in touch as long as the point follows it. Of its slip the part

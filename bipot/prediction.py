@@ -22,8 +22,7 @@ FAR = 0.3
 """Imbalance (:class:`bipot.certificate.Balance`) of a start above which another one is tried."""
 
 NEARER = 0.7
-"""Fraction of the first start's imbalance below which the other start is taken: imbalances do not include the remaining
-travel of tools."""
+"""Fraction of the first imbalance below which the other start is taken: both leave out the tools' remaining travel."""
 
 
 def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:

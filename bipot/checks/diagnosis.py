@@ -188,8 +188,8 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
 def cornered(increment: Increment) -> str | None:
     """The sentence on a node that pushes against a tool next to a sharp corner of it, None if there is none.
 
-    A node is next to a corner if it may reach it by the motions of the increment, which has failed. In a plane of
-    symmetry, or on an axis, it is not: there the resultant of a corner and its mirror image has one direction.
+    A node is next to a corner if it may reach it by the motions of the increment, which has failed; not in a plane of
+    symmetry or on an axis, where a corner and its mirror image push along one direction together.
     """
     start, contacts = increment.start, increment.system.candidates
     if not contacts.curved:

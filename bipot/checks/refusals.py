@@ -136,9 +136,8 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
         found = np.flatnonzero(deep & ~felt[edges].any(axis=1))
         if len(found):
             said = f"tools[{k}] is {depth[found[0]]:.2g} deep in an edge at node {edges[found[0], 0]} and feels nothing"
-            raise Refused(
-                said, "Refine the boundary there, or meet it at its nodes (Sampling.NODES) if its element allows that."
-            )
+            advice = "Refine the boundary there, or meet it at its nodes (Sampling.NODES) if its element allows that."
+            raise Refused(said, advice)
 
 
 def _refuse_image(iterate: Iterate) -> None:

@@ -21,8 +21,7 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     """Points of every tool that can move along its normal, or against which it can; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
     number, weights, within, first = list[Ints](), list[sp.csr_matrix](), list[Floats](), 0
-    node, owner = [np.empty(0, np.intp)], [np.empty(0, np.intp)]
-    mu, shear = [np.empty(0)], [np.empty(0)]
+    node, owner, mu, shear = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty(0)], [np.empty(0)]
     slides, still = [np.empty(0, dtype=bool)], [np.empty(0, dtype=bool)]
     for k, (tool, at) in enumerate(zip(scene.tools, found, strict=True)):
         moves, mirror = moving(scene, k, at), mirrored(scene, k, at)

@@ -146,8 +146,7 @@ class Operator:
 class Operators:
     """Operators along the normals of c candidates, and along their tangents, candidate by candidate.
 
-    For each entry of the weights of ``tangents``, ``entry`` (z,) is the same entry of ``means``, ``tangent`` (z,) the
-    number of the tangent.
+    Entry by entry of the weights of ``tangents``, ``entry`` (z,) is that of ``means`` and ``tangent`` (z,) its number.
     """
 
     means: Means

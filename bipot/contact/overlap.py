@@ -47,7 +47,8 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
         edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
         if scene.mesh.dimension == 3 and (scene.mesh.element.quadratic or not tool.flat):
-            points = _across(nodes[scene.mesh.edges(*tool.candidates)])
+            faces = nodes[scene.mesh.edges(*tool.candidates)]
+            points = _shapes(Element.of(faces.shape[1])) @ faces
             deepest = max(deepest, -float(tool.distance(points, pose).min()))
     return deepest / scene.mesh.size
 
@@ -66,11 +67,6 @@ def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
         depth = np.where(tool.face.beyond(tool.own(nodes[others], pose)), 0.0, -tool.distance(nodes[others], pose))
         deepest = max(deepest, float(depth.max(initial=0.0)))
     return deepest / scene.mesh.size
-
-
-def _across(faces: Floats) -> Floats:
-    """Points (f, p, 3) spread over ``faces`` (f, n, 3)."""
-    return _shapes(Element.of(faces.shape[1])) @ faces
 
 
 @cache

@@ -174,8 +174,8 @@ def _on_faces(corners: Ints, normal: Floats) -> tuple[Ints, Ints]:
     one, other = np.concatenate([begin[a], end[a]]), np.concatenate([end[b], begin[b]])
     flat = normal.reshape(-1, 3)
     continues = np.vecdot(flat[one], flat[other]) >= CREASE
-    pairs = one[continues], other[continues]
-    links = sp.coo_array((np.ones(continues.sum()), pairs), shape=(corners.size, corners.size))
+    one, other = one[continues], other[continues]
+    links = sp.coo_array((np.ones(len(one)), (one, other)), shape=(corners.size, corners.size))
     _, part = connected_components(links, directed=False)
     _, found = np.unique(part, return_index=True)
     node = corners.ravel()[found]

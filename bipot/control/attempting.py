@@ -42,10 +42,9 @@ def attempt_increment(
     With ``sparing`` the dissipation program is left out after a form that strayed, but not after one that is not suited
     or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
     found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
-    all forms are tried once, and with other flow the first such solution ends it.
-    ``largest`` is as in :func:`~bipot.increment.solve_increment`.
+    all forms are tried once, and with other flow the first such solution ends it. For ``largest`` see
+    :func:`~bipot.increment.solve_increment`.
     """
-
     ends_if_inadmissible = halves
 
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:

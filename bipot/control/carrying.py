@@ -1,19 +1,18 @@
 r"""How much plastic flow is carried on into an increment: BDF2's ratio and its guards, measured from the material.
 
-The increment is solved with the last flow carried on (:mod:`bipot.laws.flow`). Because the material is
-rate-independent, the ratio rho of the two increments' lengths in pseudo-time, at one pace (:mod:`bipot.scene.paces`),
-is only a first guess. The solution shows
+The increment is solved with the last flow carried on (:mod:`bipot.laws.flow`). The ratio rho of the two increments in
+pseudo-time, at one pace (:mod:`bipot.scene.paces`), is only a first guess, because the material is rate-independent.
+The solution shows
 
 * where the flow did not continue: de_p0 : gamma n <= 0, the point stayed elastic or flowed against its last flow;
-* the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over the points that carried flow, with de_p = 0 where
-  it stopped.
+* the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over points that carried flow, de_p = 0 where it stopped.
 
 The excess of the flow carried on, over the flow that continues, is (a(rho_used) - a(rho))/rho. Where it is above
 TOO_MUCH or below -TOO_LITTLE, the increment is solved again with the measured ratio, starting from the last solution.
 Too much flow lets stress relax without cause; too little is nearer to backward Euler. Where the ratio is right, points
 whose flow stopped drop what they carried, for good, and the increment is solved again with the ratio of the others;
-unless what they carried dissipates less than NEGLIGIBLE of the increment's dissipation and nowhere a negative energy.
-After more than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
+unless dropping it takes less than NEGLIGIBLE off the increment's dissipation, which is negative at none of them. After
+more than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 
 Where no solution is found, and where the path turns, the increment is solved by backward Euler. That solution stands
 if a(rho)/rho, measured in it, is at most TOO_LITTLE; otherwise the increment is solved from there with the flow, or has

@@ -53,7 +53,7 @@ class Course:
         for part in fields(self.energies):
             _require_finite(getattr(self.energies, part.name), f"course.energies.{part.name}")
         _require_finite(self.largest, "course.largest")
-        present = _largest_force(self.state)
+        present = max_abs(self.state.forces)
         allowed = f"at least {present:g}, the largest contact force of course.state"
         require(not self.largest < present, "course.largest", self.largest, allowed)
         for name in ("size", "uncut", "proposed"):
@@ -74,7 +74,7 @@ class Course:
             state=state,
             number=0,
             energies=Energies(),
-            largest=_largest_force(state),
+            largest=max_abs(state.forces),
             size=math.nan,
             uncut=math.nan,
             landed=np.zeros(len(state.gap), dtype=np.bool_),
@@ -88,7 +88,7 @@ class Course:
             state=state,
             number=self.number + 1,
             energies=self.energies.after(start, state, solved),
-            largest=max(self.largest, _largest_force(state)),
+            largest=max(self.largest, max_abs(state.forces)),
             size=math.nan,
             uncut=math.nan,
             landed=np.zeros_like(self.landed),
@@ -99,11 +99,6 @@ class Course:
     def scheduled(self) -> Course:
         """The same course with increment control begun anew, as at a scheduled pseudo-time."""
         return replace(self, size=math.nan, uncut=math.nan, landed=np.zeros_like(self.landed))
-
-
-def _largest_force(state: State) -> float:
-    """The largest component of the state's contact forces."""
-    return max_abs(state.forces)
 
 
 def _require_finite(value: object, field: str) -> None:

@@ -47,11 +47,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     elif isinstance(attempt.last, Refused):
         more = attempt.last.advice
     elif isinstance(attempt.last, InvertedElement):
-        more = (
-            "Remesh there: shorter increments fold the element too."
-            if cuts
-            else "Use more increments, or remesh there."
-        )
+        shorter = "Remesh there: shorter increments fold the element too."
+        more = shorter if cuts else "Use more increments, or remesh there."
     else:
         more = "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)

@@ -58,7 +58,8 @@ def lag(start: State, solved: Solved) -> Lag:
         return Lag()
     now = contacts.vectors(_tangential(solved.r), iterate.frames)
     then = contacts.vectors(_tangential(start.forces), contacts.frames_at(start.nodes, increment.tools.placed))
-    then = _along(_with_tools(solved, then), iterate.frames[:, 0])
+    then, normals = _with_tools(solved, then), iterate.frames[:, 0]
+    then = then - np.vecdot(then, normals)[:, None] * normals
     slides = norm(iterate.motion[:, 1:]) > LEAST_SLIP * increment.units.length
     counted = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
     now, then = now[counted], then[counted]
@@ -85,8 +86,3 @@ def _with_tools(solved: Solved, vectors: Floats) -> Floats:
     for k, (tool, advance) in enumerate(zip(contacts.scene.tools, solved.iterate.advance, strict=True)):
         out[owner == k] = tool.turned(vectors[owner == k], advance)
     return out
-
-
-def _along(vectors: Floats, normals: Floats) -> Floats:
-    """Vectors (w, 3) without their components along the normals (w, 3)."""
-    return vectors - np.vecdot(vectors, normals)[:, None] * normals

@@ -90,25 +90,21 @@ class Cache:
         """The setup of Newton for the run, and the frames of the contacts."""
         if self._setup is None:
             self._setup = Setup.of(iterate.increment.system, self._ordered(iterate))
-        return self._setup, self._held(iterate.rows, self._setup.pattern)
+        return self._setup, self.frames(iterate.rows, iterate)
 
     def frames(self, rows: ContactRows, iterate: Iterate) -> Frames:
-        """Where the contact ``rows`` of a program posed at an iterate sit in the run's stiffness."""
-        return self._held(rows, self._ordered(iterate))
+        """Where contact ``rows`` of a program posed at an iterate sit in the run's stiffness; kept for equal rows."""
+        parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
+        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional, rows.dragged))
+        if self._frames is None or self._frames[0] != key:
+            self._frames = key, Frames.of(rows, self._ordered(iterate))
+        return self._frames[1]
 
     def _ordered(self, iterate: Iterate) -> Pattern:
         """The run's stiffness pattern in its order of elimination."""
         if self._pattern is None:
             self._pattern = ordered(iterate.increment.system.body.space)
         return self._pattern
-
-    def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:
-        """The frames of the ``rows``; the last ones are used again for the same rows."""
-        parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
-        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional, rows.dragged))
-        if self._frames is None or self._frames[0] != key:
-            self._frames = key, Frames.of(rows, pattern)
-        return self._frames[1]
 
 
 @runtime_checkable

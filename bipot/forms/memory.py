@@ -67,10 +67,8 @@ class Setup:
         return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held, along)
 
     def data(self, element: Floats) -> Floats:
-        """Row-wise data (nnz + 1,), last that of held unknowns, summed from element matrices (e, dk, dk).
-
-        ``element`` may also be all entries of these in one array, followed by those of couplings.
-        """
+        """Row-wise data (nnz + 1,), the last entry for held unknowns, summed from element matrices (e, dk, dk), or from
+        all their entries followed by those of couplings."""
         place, weights = self.scatter[: element.size], self.space.along(element)
         data = np.bincount(place, weights=weights, minlength=len(self.pattern.place) + 1)
         return np.asarray(data, dtype=np.float64)

@@ -13,7 +13,6 @@ NEAR_ENOUGH = 0.5, 2.0
 """Range of the force of contacts on a tool over its driving force that is accurate enough for a starting point."""
 
 TRIALS = 40
-"""Most places of a tool that are tried."""
 
 
 def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:

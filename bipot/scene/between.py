@@ -188,8 +188,7 @@ def _above(ends: Floats, tips: Tips) -> Floats:
 
 
 def _holds(surface: Surface, ends: Floats, centre: Floats, radius: Floats) -> Bools:
-    """Whether the tool contains the deepest point of each circle, ``centre`` (n, d) and ``radius`` (n,), behind its
-    segment, ``ends`` (n, 2, d)."""
+    """Whether the deepest point of each circle (n, d), (n,) behind its segment, ``ends`` (n, 2, d), is in the tool."""
     along = ends[:, 1] - ends[:, 0]
     length = norm(along)
     outward = -leftwards(along) / length[:, None]

@@ -8,9 +8,8 @@ start, which is checked in steps no longer than that depth or the distance from 
 * the gap at points of the triangles, dense enough for tools :data:`THIN` L thick; thinner tools are refused;
 * spheres inscribed in the tool (:class:`~bipot.tools.surfaces.Tips`) with centres off the body, at the nearest place of
   each triangle;
-* such spheres with centres in the body, as at tips of cones or on rings of edges and fillets around an axis: they are
-  too deep if they reach farther behind the nearest triangle than allowed. Whether a centre is in the body is judged by
-  the solid angle of its surface.
+* such spheres with centres in the body (by the solid angle of its surface), as at tips of cones or on rings of edges
+  and fillets around an axis: they are too deep if they reach farther behind the nearest triangle than allowed.
 """
 
 from __future__ import annotations

@@ -143,9 +143,8 @@ def _joint(supports: Sequence[Support], chosen: Ints, node: int, dimension: int)
     moving = any(isinstance(support, Prescribed) and support.displacement for support in given)
     independent, sine = _independent(vectors)
     apart = f"such that directions that hold node {node}, one of them driven, are one or at an angle"
-    require(
-        not moving or sine >= LEAST_SINE, "scene.supports", supports, f"{apart} above {LEAST_SINE:g}, not {sine:.2g}"
-    )
+    allowed = f"{apart} above {LEAST_SINE:g}, not {sine:.2g}"
+    require(not moving or sine >= LEAST_SINE, "scene.supports", supports, allowed)
     whole, triangle = np.linalg.qr(vectors[independent].T, mode="complete")
     count, ways = len(independent), np.zeros(vectors.shape)
     if moving:

@@ -63,8 +63,7 @@ class Paces:
 
     def _at(self, tau: float) -> list[float]:
         """The factors of the kinks at ``tau``."""
-        pairs = zip(self.kinks, self.quicker, strict=True)
-        return [quicker for kink, quicker in pairs if abs(kink - tau) <= ROUND_OFF]
+        return [factor for kink, factor in zip(self.kinks, self.quicker, strict=True) if abs(kink - tau) <= ROUND_OFF]
 
 
 @lru_cache(maxsize=64)

@@ -12,13 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import (
-    InvertedElement,
-    SceneError,
-    require,
-    require_tuple,
-    require_type,
-)
+from bipot.errors import InvertedElement, SceneError, require, require_tuple, require_type
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.projection import VOLUMES, VolumeChange

@@ -158,10 +158,8 @@ class Faces:
             slid[mine] = tool.turned(slips[1], pose + advance)
             arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
         framed = self._framed(seen.normal)
-        started = gap
-        if not self.parts.single:
-            started = self._by_tools(Tool.distance, going.x, going.placed, np.empty(len(going.x)))
-        rows = _slopes(framed, started + motion[:, 0], seen.curvature)
+        gaps = gap if self.parts.single else self._by_tools(Tool.distance, going.x, going.placed, np.empty(len(place)))
+        rows = _slopes(framed, gaps + motion[:, 0], seen.curvature)
         if motion.shape[1] == 2:
             return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)
         spun = spin(self.reference, seen.normal)
