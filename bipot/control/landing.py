@@ -24,7 +24,7 @@ from bipot.iterate import Increment
 from bipot.typing import Bools, Floats, Ints, make_floats
 
 FIRST_LOOK = 0.9
-"""Where, between an open start and an end with the candidate closed, to look first if the velocity finds nothing."""
+"""Where, between an open start and an end with the candidate closed, to look if the expected rate overshoots."""
 
 
 @dataclass(frozen=True)
@@ -75,40 +75,40 @@ def locate(
 ) -> tuple[Landing | None, int]:
     """The first landing in the ``increment`` solved by ``solved``, and the passes spent on the search.
 
-    ``solve`` attempts the increment with another end; ``known`` (c,) marks candidates not to locate again. The landing
-    is None, and the increment stays whole, if nothing lands, the event is in a margin, or the search fails.
+    ``solve`` attempts the increment with another end; ``known`` (c,) marks candidates not to be located again. The
+    landing is None, and the increment stays whole, if nothing lands, the event is in a margin, or the search fails.
     """
     system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
     none = how.tolerance * increment.units.length
-    start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
-        closed = newly_closed(start_gap, found.r, none)
+        closed = newly_closed(state.gap, found.r, none)
         return closed[~known[closed]]
 
-    landed, passes, end = landings(solved), 0, tau - how.margin * length
+    landed, passes, latest = landings(solved), 0, tau - how.margin * length
+    # Sought between ``low``, the margin or an end with all still open, and ``high``, an end with a candidate closed.
     low, high = state.tau + how.margin * length, tau
-    last, gap, rate = state.tau, start_gap, _expected_rate(increment)
+    last, gap, rate = state.tau, state.gap, _expected_rate(increment)
     for _ in range(how.solves if landed.size else 0):
-        middle = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
-        if middle >= high:
-            # A secant that overshoots comes near; one that keeps overshooting is halved.
-            middle = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
-        attempt = solve(replace(increment, tau=middle))
+        end = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
+        if end >= high:
+            # Where the expected rate overshoots the event is often late; where a secant does, bisection is safe.
+            end = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
+        attempt = solve(replace(increment, tau=end))
         passes += attempt.passes
         if attempt.solved is None:
             break
         earlier = landings(attempt.solved)
         if earlier.size:
-            landed, high = earlier, middle
+            landed, high = earlier, end
         else:
-            now = attempt.solved.iterate.motion[:, 0]
-            rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
-            first = int(landed[np.argmin(now[landed])])
-            if now[first] <= none and middle <= end:
-                return Landing(middle, attempt, attempt.solved, first, int(system.candidates.node[first])), passes
-        if low >= end or high - low <= how.tolerance * length / 4:
+            end_gap = attempt.solved.iterate.motion[:, 0]
+            rate, last, gap, low = (end_gap - gap) / (end - last), end, end_gap, end
+            first = int(landed[np.argmin(gap[landed])])
+            if gap[first] <= none and end <= latest:
+                return Landing(end, attempt, attempt.solved, first, int(system.candidates.node[first])), passes
+        if low >= latest or high - low <= how.tolerance * length / 4:
             break
     return None, passes
 
