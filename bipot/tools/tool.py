@@ -85,7 +85,7 @@ class Tool:
         require(different, "tool.candidates", self.candidates, "different boundaries")
 
     def _check_path(self) -> None:
-        allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
+        allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or one for each component of the travel"
         object.__setattr__(self, "path", checked(self.path, "tool.path", allowed))
         require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
         fits = all(np.size(multiple) in (1, len(self.travel)) for _, multiple in self.path)
