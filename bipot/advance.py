@@ -22,15 +22,15 @@ from bipot.tools.poses import pose_size
 from bipot.typing import Bools, Floats, Vector, max_abs
 
 ROUND_OFF = 1e-12
-"""A direction whose part within the planes is no more than this is normal to them; over ways, means that are none."""
-
+"""A unit vector whose part within the planes is no longer than this is normal to them; a mean no longer than this, over
+the longest way, is zero."""
 
 FEW = 0.5
-"""Of the points at which one tool touches a body: another one that touches it at fewer does not carry it."""
+"""A tool that touches the body at less than this fraction of another one's points does not carry it."""
 
 
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector] | Floats) -> Floats:
-    """The v within all ``planes``, given by their normals, whose components along ``ways`` are nearest to ``asked``.
+    """The v parallel to all ``planes``, given by normals, whose components along ``ways`` are nearest to ``asked``.
 
     It minimises sum (ways_i . v - asked_i)^2 and is the shortest of all minimisers.
 
@@ -44,10 +44,10 @@ def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vec
 
 
 def shortest(ways: Floats) -> Floats:
-    """The shortest (d,) of all means of ``ways`` (k, d), that is of points in their convex hull.
+    """The shortest (d,) of all means of ``ways`` (k, d), that is of all points in their convex hull.
 
-    With weights w >= 0 it is sum_i w_i ways_i / sum_i w_i of those by which |sum_i w_i ways_i|^2 + (sum_i w_i - 1)^2 is
-    least, in units of the longest; zero if these are not found.
+    It is sum_i w_i ways_i / sum_i w_i with the w >= 0 that minimise |sum_i w_i ways_i|^2 + (sum_i w_i - 1)^2, in units
+    of the longest way; zero if these are not found.
 
     >>> shortest(np.array([[0.0, 2.0], [4.0, 2.0]])).tolist()
     [0.0, 2.0]
@@ -111,13 +111,14 @@ class Advance:
 
     @cached_property
     def way(self) -> Floats:
-        """The translation (d,) of such a body."""
+        """The translation (d,) in :attr:`along`."""
         scene = self.candidates.scene
         if not self.driven.any():
             return np.zeros(scene.mesh.dimension)
-        others = [s for s in scene.supports if not isinstance(s, Symmetry)]
-        ways = [s.along(scene.mesh.dimension) for s in others]
-        return nearest(ways, [s.at(self.tau) - s.at(self.start.tau) for s in others], scene.directions.planes)
+        supports = [support for support in scene.supports if not isinstance(support, Symmetry)]
+        ways = [support.along(scene.mesh.dimension) for support in supports]
+        asked = [support.at(self.tau) - support.at(self.start.tau) for support in supports]
+        return nearest(ways, asked, scene.directions.planes)
 
     @cached_property
     def closed(self) -> Bools:
@@ -129,19 +130,17 @@ class Advance:
         """The translation (d,) of a body that goes the :attr:`way` of its supports, and beyond that with its tools.
 
         Tools that touch it take it along, in directions that supports leave free, by the shortest mean of their ways:
-        it is the way of those that go together, and none where one rests. A tool that touches it at few points dents it
-        and does not count, nor does one that a force drives, which goes with it. Without friction only normals count. A
-        body from which all of them recede stays.
+        this is the common way of tools that go together, and zero where one rests. A tool that touches it at few points
+        dents it and does not count, nor does a tool that a force drives, which goes with the body. Without friction
+        only motion along normals counts. A body from which all these tools recede stays.
         """
-        contacts, free = self.candidates, self.candidates.scene.directions.free
+        contacts, free, touching = self.candidates, self.candidates.scene.directions.free, self.closed
         if not free.size:
             return self.way
-        touching = self.closed
         points = (contacts.owned & touching) @ contacts.share
         points[contacts.scene.drives.forced] = 0.0
         tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
-        moving = bool(tools.size and self.travel[tools].any(axis=1).all())
-        if not moving:
+        if not (tools.size and self.travel[tools].any(axis=1).all()):
             return self.way
         normals = self.frames[touching[contacts.parts.owner], 0]
         if not contacts.mu[touching].any():
@@ -151,28 +150,29 @@ class Advance:
         return self.way + beyond if pushed else self.way
 
     def beyond(self, gap: Floats) -> float:
-        """How far a tool that may reach the body, by the ``gap`` (c,) at its end, or a support goes beyond that way."""
+        """How far a tool that may reach the body, by its ``gap`` (c,) at the end, or a support goes beyond the body.
+
+        The body is that which goes :attr:`gone`, for supports :attr:`way`.
+        """
         reach = self.candidates.reach(gap, self.travel - self.gone, self.swept(self.path))
         return max(reach, float(norm(self.along - self.way).max()))
 
     @property
     def led(self) -> Floats:
-        """Coordinates (m,) of driven tools: along forces they go as a body that goes :attr:`gone`."""
+        """Coordinates (m,) of driven tools that go with the body: along their forces by :attr:`gone`."""
         return self.candidates.scene.drives.ways[:, : len(self.gone)] @ self.gone
 
     @cached_property
     def taken(self) -> Floats:
-        """Displacement (w, d) of parts of a body at rest that supports and, as a tool meets it, the others carry."""
+        """Displacement (w, d) of parts of a body at rest, carried by supports and by tools other than the part's."""
         return self.carried_on.after(np.ones(len(self.frames)))
 
     @cached_property
     def carried_on(self) -> Carried:
-        """The way to there of these parts (w,).
-
-        By its supports it goes :attr:`along`, and in directions that these leave free as in :mod:`bipot.borne`.
-        """
+        """How these parts (w,) get there: :attr:`along` with supports, and beyond as in :mod:`bipot.borne`."""
         contacts, scene = self.candidates, self.candidates.scene
         along = contacts.met.motion(self.along)
+        # A single tool without a mirror image leaves no other that could carry the body.
         if len(scene.tools) < 2 - bool(scene.planes):
             return Carried.evenly(along)
         motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
@@ -187,7 +187,7 @@ class Advance:
 
     @cached_property
     def frames(self) -> Floats:
-        """Derivatives (w, d, d) of gap and slip by the parts' places at the start."""
+        """Derivatives (w, d, d) of gap and slip with respect to the parts' places, at the start."""
         return self.candidates.frames_at(self.start.nodes, self.placed)
 
     def by(self, travel: Floats) -> Floats:
@@ -199,26 +199,26 @@ class Advance:
         return np.hstack([travel, angles])
 
     def swept(self, advance: Floats) -> Floats:
-        """The displacement (w, d) by turning of tool points where parts start, for poses that ``advance`` (k, p)."""
+        """Displacement (w, d) of the tools' points where parts start, by the turns in the poses' ``advance`` (k, p)."""
         return self.candidates.faces.swept(self.candidates.met.places(self.start.nodes), self.placed, advance)
 
     def carried(self, du: Floats, advance: Floats) -> Floats:
-        """The displacement (w, d) by turning of tool points where parts are, for poses that ``advance`` (k, p).
+        """Displacement (w, d) of the tools' points where parts are, by the turns in the poses' ``advance`` (k, p).
 
-        The parts are taken halfway along ``du`` (a, d), where the forces of an increment do the work of the tools.
+        Parts are taken halfway along ``du`` (a, d), where an increment's forces do the work of the tools.
         """
         met = self.candidates.met
         middle = met.places(self.start.nodes) + met.motion(du) / 2
         return self.candidates.faces.carried(middle, self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
-        """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, p)."""
+        """Where candidates meet their tools if nodes move by ``du`` (a, d) and poses ``advance`` by (k, p)."""
         met = self.candidates.met
         going = Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
         return self.candidates.faces.meeting(self.start.gap, going, self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
-        """Gaps (c,) with which slips begin, as poses ``advance`` by (k, p): to flat tools those of the start."""
+        """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""
         if not self.candidates.curved:
             return self.start.gap
         x = self.candidates.met.places(self.start.nodes)
@@ -227,8 +227,8 @@ class Advance:
         return np.where(flat[self.candidates.tool], self.start.gap, gap)
 
     def _before(self, advance: Floats) -> Floats:
-        """What of the motion (w, d) of parts is no slip, as poses ``advance`` by (k, p)."""
-        # What a force drives goes through the air as the iterate says.
+        """The part (w, d) of the parts' motion that is no slip, if poses ``advance`` by (k, p)."""
+        # How a tool that a force drives goes through the air depends on the iterate.
         forced = any(tool.driven_by is not None and not tool.flat for tool in self.candidates.scene.tools)
         return self._in_air(advance[:, : self.start.nodes.shape[1]]) if forced else self._in_air_along_path
 
@@ -237,7 +237,7 @@ class Advance:
         return self._in_air(self.travel)
 
     def _in_air(self, travel: Floats) -> Floats:
-        """The displacement (w, d) of parts before they touch, in a body at rest that is :attr:`taken` along.
+        """The displacement (w, d) of parts before they touch, in a body at rest that is carried as :attr:`taken`.
 
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.

@@ -8,12 +8,12 @@ energies of the modelled body:
 * tool equilibrium: the residual of a driven tool over its driving force; for a moment, over this or the sum of |r|
   times the arm, whichever is larger;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;
-* penetration: max (-(g + du_n))+ / body size;
+* penetration: max (-(g + du_n))+ / body size, the depth of held nodes in tools included;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
-* law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the increment, rho the elastic
-  stiffness of the contact's node at rest (over mu where that is above one): where slips are tiny a wrong force costs no
-  energy;
-* gap: sum_c (|r_n g| + |mu r_n |du_t| + r_t . du_t|)
+* law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force at the increment's start or end, rho the
+  elastic stiffness of the contact's node at rest (over mu where mu > 1): where slips are tiny a wrong force costs no
+  energy, and the gap does not show it;
+* gap: sum_c (|r_n (g + du_n)| + |mu r_n |du_t| + r_t . du_t|)
   + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
   sigma_e = R sigma_n R' + C : (de - e_p): the sum of the bipotential (14) and Fenchel gaps of all points, which is the
   bifunctional (19), in energy units. It is taken relative to the largest of the work, the dissipations and the change
@@ -22,8 +22,8 @@ energies of the modelled body:
 Where friction is capped (:func:`bipot.laws.coulomb.limit`), min(mu r_n, cap) stands for mu r_n in the cone and the gap.
 
 Every scale is a force or an energy that occurred; 0/0 counts as met. The :class:`Resolution` of a measure is the value
-that round-off of the stored numbers alone may give it (for the gap, the motion that round-off of forces causes). Where
-it is above the bound, the measure decides nothing and is reported as below resolution, neither passed nor refused.
+that round-off of the stored numbers alone may give it (for the gap also motions by the round-off of forces). Where it
+is above the bound, the measure decides nothing and is reported as below resolution, neither passed nor refused.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ EPS = 8 * float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class ContactFields:
-    """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, caps, tied, stiffness rho (c,).
+    """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, caps, tied, stiffness (c,).
 
-    ``largest`` is the largest force of the run so far, ``present`` that of the increment; ``blur`` (c,) is the
-    round-off of the motion. ``inside`` is the depth in a tool of held nodes, which are no contacts.
+    ``largest`` is the largest force of the run so far, ``present`` that at the start or end of the increment, ``blur``
+    (c,) the round-off of the motion, and ``inside`` the depth in a tool of held nodes, which are no contacts.
     """
 
     r: Floats
@@ -65,7 +65,7 @@ class ContactFields:
 
     @property
     def none(self) -> float:
-        """The force below which a point counts as carrying none."""
+        """The force below which a point counts as carrying no force."""
         return force_threshold(self.r)
 
 
@@ -96,7 +96,7 @@ class MaterialFields:
 
 @dataclass(frozen=True)
 class Balance:
-    """Nodal residuals on the free unknowns (any shape), the force that is their scale, and its round-off.
+    """Nodal residuals on the free unknowns (any shape), their scale ``force``, and their round-off ``blur``.
 
     The scale of the ``tool_residual`` (m,) of driven tools is ``tool_force`` (m,).
     """
@@ -190,20 +190,21 @@ class Bounds:
 def certify(
     contact: ContactFields, material: MaterialFields, balance: Balance, size: float, work: float
 ) -> Certificate:
-    """Recompute the certificate (formulas in the module docstring); body size, external work."""
+    """Recompute the certificate (module docstring) of a body of this ``size``, with the external ``work``."""
     gaps, losses = contact_gaps(contact), material_gaps(material)
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
     excess = equivalent_stress(material.stress) / material.yield_stress - 1
-    own = max(_energies(material))
-    energy = max(abs(work), _friction(contact), own)
+    material_energy = max(_energies(material))
+    friction = float(np.abs(np.vecdot(contact.r[:, 1:], contact.motion[:, 1:])).sum())
+    energy = max(abs(work), friction, material_energy)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     # Where nothing may touch there is no contact force with round-off.
     unsure = balance.blur if len(contact.r) else 0.0
-    # What a contact moves by may be, to this length, what the round-off of forces moves it by.
+    # Of a contact's motion, as much as this may be what the round-off of forces moves it by.
     blur = contact.blur + np.minimum(norm(contact.motion), unsure / contact.stiffness)
     law_blur = unsure + float((contact.stiffness * contact.blur).max(initial=0.0))
     law = float(norm(law_residual(contact)).max(initial=0.0))
-    # Where no force measures it, the law is met to round-off or it is not met.
+    # Without a force as its scale the law is either met to round-off or not met at all.
     law = law / contact.present if contact.present > 0 else 0.0 if law <= law_blur else np.inf
     resolution = Resolution(
         equilibrium=balance.resolution,
@@ -219,7 +220,7 @@ def certify(
         cone_violation=_ratio(_cone(contact), contact.largest),
         law=law,
         gap=contact_gap + material_gap,
-        relative_gap=max(_ratio(contact_gap + material_gap, energy), _ratio(material_gap, own)),
+        relative_gap=max(_ratio(contact_gap + material_gap, energy), _ratio(material_gap, material_energy)),
         contact_gap=contact_gap,
         material_gap=material_gap,
         resolution=resolution,
@@ -228,7 +229,7 @@ def certify(
 
 
 def contact_gaps(contact: ContactFields) -> Floats:
-    """|r_n (g + du_n)| + |s |du_t| + r_t . du_t| (c,); where tied, the work of r on the motion it forbids."""
+    """|r_n (g + du_n)| + |s |du_t| + r_t . du_t| (c,); where tied, the work of r on the motion that ties forbid."""
     c = contact
     sliding = np.abs(friction_gap(c.r, c.motion[:, 1:], c.mu, c.cap, c.none))
     work = np.abs(c.r * c.motion)
@@ -236,9 +237,9 @@ def contact_gaps(contact: ContactFields) -> Floats:
 
 
 def law_residual(contact: ContactFields) -> Floats:
-    """r - P_K(r - rho (u + mu |u_t| n)) (c, d), force units; where tied, rho times the motion that r forbids.
+    """r - P_K(r - rho (u + mu |u_t| n)) (c, d), force units; where tied, stiffness times the motion that ties forbid.
 
-    Where friction is capped, as in :func:`~bipot.laws.coulomb.natural_map`.
+    Where friction is capped it is as in :func:`~bipot.laws.coulomb.natural_map`.
     """
     c = contact
     mu = np.where(c.tied, 0.0, c.mu)
@@ -257,26 +258,22 @@ def material_gaps(material: MaterialFields) -> Floats:
 
 
 def _energies(material: MaterialFields) -> tuple[float, float]:
-    """Plastic dissipation, and the change of stored energy summed without its sign."""
+    """Plastic dissipation, and the sum over points of the magnitude of the change of stored energy."""
     m = material
     change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
     return vdot(m.weight, m.dissipation), float(stored.sum())
 
 
-def _friction(contact: ContactFields) -> float:
-    """Frictional dissipation without its sign."""
-    return float(np.abs(np.vecdot(contact.r[:, 1:], contact.motion[:, 1:])).sum())
-
-
 def _cone(contact: ContactFields) -> float:
+    """The largest violation of the cone, in force units; ties have none."""
     free = ~contact.tied
-    out = cone_violation(contact.r[free], contact.mu[free], contact.cap[free], contact.none)
-    return float(out.max(initial=0.0))
+    violation = cone_violation(contact.r[free], contact.mu[free], contact.cap[free], contact.none)
+    return float(violation.max(initial=0.0))
 
 
 def _ratio(value: float, scale: float) -> float:
-    """0/0 counts as met."""
+    """``value`` over its scale, inf over a scale of zero, except that 0/0 is 0."""
     if value == 0.0:
         return 0.0
     return value / scale if scale > 0 else np.inf

@@ -1,6 +1,6 @@
 r"""Energy of a run: external work against elastic energy, plastic and frictional dissipation.
 
-Every part weighs the start and the end of an increment by the same rule, 1 - theta and theta:
+Every part weighs the start of an increment by 1 - theta and its end by theta:
 
     work      f . dU + r_n dgap,         f   = (1 - theta) f_0 + theta f_1,         r likewise,
     elastic   sum_q S : C^-1 dsigma,     S   = (1 - theta) w_0 R sigma_0 R' + theta w_1 sigma_1,
@@ -10,31 +10,33 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
 with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
 are halfway; for loads that are on at tau = 0, where a body is at rest, f_0 is zero), r those of the candidates, de_p
 the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The
-forces f_0 are those that held each other in balance at the start, which in ``paper`` they do on x_{n-1}: nothing works
-on a body that is carried along as a whole. The term r_n dgap removes the work that the mean force of an opening or
-closing contact would do across its gap; it is zero elsewhere. For a candidate that comes to a curved tool through the
-air the work is f . du - r_t . du_t, which is what the body takes up; for a flat tool this is the same.
+forces f_0 are those that were in balance at the start (in ``paper`` on x_{n-1}), so that no work is done on a body that
+is carried along as a whole. The term r_n dgap removes the work that the mean force of an opening or closing contact
+would do across its gap; it is zero elsewhere. For a candidate that comes to a curved tool through the air the work is
+f . du - r_t . du_t, which is what the body takes up; for a flat tool this is the same.
+
+The term g corrects the start's part of friction,
 
     g = sum_c b (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap_0),
 
-makes the start's part of friction that of the force with which a point slides; one that sticks, or that resists another
-direction, is not that. With cap_0 that of the start, what the slip lacks of it is the gap of the bipotential between
-both, never negative. It is zero where a point slides on in its direction, of order three in the increment where the
+to that of a force that opposes the slip at its limit, with cap_0 that of the start: the force r_t0 of a point that
+sticks, or that slid in another direction, is not such a force. The term is the gap of the bipotential between force and
+slip, never negative. It is zero where a point slides on in its direction, of order three in the increment where the
 direction turns smoothly, and 2 s_0 |du_t| where it reverses. A point that was open has s_0 = 0, and a weld does not
-slip. Where the friction at the end is below its limit the point has not slid: its motion is the creep of a penalty, or
-what is left of zero. The tools move on against that force, and through the air against none: what friction has more
-than - r_t . du_t is added to work too, and the balance is what it is without.
+slip. Where friction at the end is below its limit the point has not slid: its motion is the creep of a penalty or a
+remainder of zero. Tools move on against the corrected force, and through the air against none: what friction is more
+than - r_t . du_t is added to work too, and the balance is as it would be without.
 
-Slip in the air is no friction. A tool that goes steadily along the normal, from where it leaves a point or to where it
+Slip in the air is no friction. A tool that moves steadily along the normal, from where it leaves a point or to where it
 lands on it, is in touch as long as the point follows it. Of its slip the part
 
     b = |v| / (|v| + a),        v = n . (du - du_0) less what a penalty lets it sink,
 
 rubs, with a the gap that opens, or that closes while a point slips, and du_0 the motion of a body that its supports and
-the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). Slips of points that curved tools come to
-begin where these touch them (:mod:`bipot.tools.meeting`): no gap is left to close.
+the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). Where curved tools come to points, slips begin
+where they touch (:mod:`bipot.tools.meeting`): no gap is left to close.
 
-The ``start`` is the accepted state, of which an increment of BDF2 starts from another, with its flow carried on.
+The ``start`` is the accepted state; an increment of BDF2 is solved from another one, with the flow carried on.
 
 With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
 fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
@@ -97,21 +99,21 @@ class Energies:
         increment = solved.iterate.increment
         system = increment.system
         theta, kin, scene = rule.value, solved.response.kinematics, system.body.scene
-        before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
+        before, plastic_before = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
         against = np.vecdot(r[:, 1:], solved.iterate.slipped)
         touching = in_touch(start, solved.iterate, solved.r)
-        aloft = float((1 - touching) @ against)
-        more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
+        in_air = float((1 - touching) @ against)
+        corrected = in_air + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
         load = (1 - theta) * start_loads(start, increment) + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
         parts = {
-            "work": _tools(start, solved, r, theta) + loads + more,
+            "work": _tools(start, solved, r, theta) + loads + corrected,
             "elastic": vdot(S, elastic),
-            "plastic": vdot(S, end.plastic_strain - flowed),
-            "friction": more - float(against.sum()),
+            "plastic": vdot(S, end.plastic_strain - plastic_before),
+            "friction": corrected - float(against.sum()),
         }
         return Energies(**{name: getattr(self, name) + scene.images * part for name, part in parts.items()})
 
@@ -137,7 +139,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
 
 
 def _pushed(start: State, solved: Solved, r: Floats, theta: float) -> Floats:
-    """Mean vectors (w, d) of the contact forces; r (c, d) is their mean in turning frames."""
+    """Mean vectors (w, d) of the contact forces, whose components in frames that may turn have the mean r (c, d)."""
     increment = solved.iterate.increment
     contacts = increment.system.candidates
     if not contacts.curved:
@@ -179,10 +181,10 @@ def start_forces(start: State, increment: Increment) -> Floats:
 def ended_forces(system: System, state: State) -> Floats:
     """Contact forces (c, d) of a state, with friction between tool and support against the slip that led there.
 
-    That friction is no part of the state. Where an increment began at a kink, round-off of its length is no motion
-    before it.
+    That friction is no part of the state.
     """
     scene, begun = system.body.scene, state.tau - state.length
+    # An increment that began at a kink, but for round-off of its length, has no motion from before the kink.
     begun = next((kink for kink in scene.kinks if abs(kink - begun) <= ROUND_OFF), begun)
     slip = Increment(system, replace(state, tau=begun), state.tau).dragged
     if not slip.any():
@@ -199,21 +201,21 @@ def start_limit(start: State, increment: Increment) -> Floats:
 
 
 def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats) -> float:
-    """What the slip to the end, with forces r (c, d), lacks of the start's friction (module docstring), energy.
+    """The term g of the module docstring (energy), for the slip to the end, with forces r (c, d) there.
 
-    Of the slip the part ``touching`` (c,) rubs, :func:`in_touch`.
+    Of the slip the part b, ``touching`` (c,), rubs (:func:`in_touch`).
     """
     increment, ended = iterate.increment, iterate.rubbed(r)
     slip, begun = iterate.slipped, start_forces(start, increment)
-    holds = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
+    sticks = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
     gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
-    return float(gap[~holds] @ touching[~holds])
+    return float(gap[~sticks] @ touching[~sticks])
 
 
 def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
     """The part b (c,) of slips to the end, with forces r (c, d), that is not in the air (module docstring).
 
-    It is one where there is a force neither at the start nor at the end.
+    It is one where no gap opens or closes, and where there is a force neither at the start nor at the end.
     """
     contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.size
     begun, ended = start.gap, iterate.motion[:, 0]

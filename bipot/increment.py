@@ -1,8 +1,8 @@
-r"""One increment: the one loop over tangent, threshold and configuration.
+r"""The solution of one increment: the only loop over passes.
 
 A pass linearises the body at the last iterate, solves the form's convex program with the friction threshold or shift
-frozen, updates the threshold or shift by the answer, and evaluates the body there. The increment is accepted when its
-certificate, recomputed from the fields, is within the bounds.
+frozen, updates the threshold or shift by the answer, and evaluates the body at the answer. The increment is accepted
+when its certificate, recomputed from the fields, is within the bounds.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from bipot.typing import Floats, make_floats
 class Limits:
     """When an increment is accepted, and when it is given up.
 
-    It is given up after ``passes``, or when ``patience`` passes in turn have not reduced the worst measure (over its
+    It is given up after ``passes``, or when ``patience`` passes in a row have not reduced the worst measure (over its
     bound) below ``progress`` times its smallest value so far.
     """
 
@@ -74,8 +74,8 @@ class Solved(Near):
     """An increment that met its bounds: iterate, forces of all candidates, certificate, cost.
 
     ``almost`` counts the passes whose solver claimed less than the requested accuracy; the certificate has re-checked
-    them. ``coupled`` tells how friction was coupled to the normal forces. ``undetermined`` names what the law does not
-    determine (:mod:`bipot.checks.determinacy`); it is empty where the answer is locally unique. ``posed`` is as in
+    them. ``coupled`` says how friction was coupled to the normal forces. ``undetermined`` names what the law does not
+    determine (:mod:`bipot.checks.determinacy`) and is empty if the answer is locally unique. ``posed`` is as in
     :class:`bipot.forms.Step`.
     """
 
@@ -147,10 +147,11 @@ def solve_increment(
     called after every pass that is not accepted.
 
     Raises:
-        LeftOff: ``leave`` has decided so.
-        NotConverged: at the ``limits``, naming the measures above their bounds; at once if a tool is in a held node.
-        InvertedElement: from an iterate; FoldedAnswer if an element of the answer is folded anywhere.
-        ProgramError: from an iterate.
+        LeftOff: ``leave`` decided to leave the increment unsolved.
+        NotConverged: at the ``limits``, naming the measures above their bounds; at once where no motion can resolve the
+            increment (:func:`~bipot.checks.refusals.refuse_blocked`); Refused for an inadmissible motion.
+        InvertedElement: at an iterate; FoldedAnswer if an element of the answer is folded anywhere.
+        ProgramError: in a pass.
     """
     refuse_blocked(increment, limits.bounds)
     watch, iterations, almost = _Watch(limits), 0, 0
@@ -205,7 +206,7 @@ class _Watch:
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        # The first for passes out of equilibrium, of which no other measure is taken; the second for the others.
+        # The first is for passes out of equilibrium, for which no other measure is computed; the second for the others.
         self.least, self.waited = [np.inf, np.inf], 0
         self.last: dict[str, float] = {}
         self.coupled = Coupled()
@@ -231,7 +232,7 @@ class _Watch:
         return False
 
     def failure(self, what: str) -> NotConverged:
-        """The exception that names the measures above their bounds, in multiples of them, and friction's coupling."""
+        """The exception that names the measures above their bounds, as multiples of these, and friction's coupling."""
         above = ", ".join(f"{name} {ratio:.2g} times" for name, ratio in self.last.items())
         seen = f", contraction {self.coupled.contraction:.2g}" if self.coupled.contraction > 0 else ""
         return NotConverged(f"{what} {above} its bound (coupling {self.coupled.route.value}{seen})", self.last)

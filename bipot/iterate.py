@@ -27,7 +27,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
-from bipot.typing import Floats, vdot
+from bipot.typing import Floats, max_abs, vdot
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Increment:
 
     @cached_property
     def rows(self) -> ContactRows:
-        """The contact rows of all candidates; for curved tools those at the body at rest in the increment."""
+        """The contact rows of all candidates; for curved tools those of a body that rests in the increment."""
         contacts = self.system.candidates
         if contacts.curved:
             at_rest = self.tools.meeting(self.driven, self.tools.path)
@@ -64,22 +64,22 @@ class Increment:
 
     @cached_property
     def paces(self) -> Paces:
-        """The kinks of supports, loads and tools that may reach the body, and at which the pace alone changes.
+        """The kinks of supports, loads and tools that may reach the body, and those at which the pace alone changes.
 
-        A tool that leaves it counts, however far it goes: what it pressed comes free.
+        A tool that leaves the body counts, however far it goes, because it releases what it pressed.
         """
         gap = np.minimum(self.start.gap, self.rows.gap)
         return self.system.body.scene.paces(self.system.candidates.reached(gap))
 
     @cached_property
     def past(self) -> Past:
-        """The increment that led to its start."""
+        """The increment that led to the start of this one."""
         at_kink = any(abs(kink - self.start.tau) <= ROUND_OFF for kink in self.system.body.scene.kinks)
         return Past(self.start, self.paces if at_kink else Paces((), ()))
 
     @cached_property
     def dragged(self) -> Floats:
-        """Known slips (c, d - 1) of candidates that supports hold or drive along the tangent, zero where that is free.
+        """Known slips (c, d - 1) of candidates that supports hold or drive along the tangent, zero for all others.
 
         The friction there acts between tool and support and on no unknown.
         """
@@ -95,7 +95,7 @@ class Increment:
 
     @cached_property
     def loads(self) -> LoadChange:
-        """What loads change by."""
+        """The change of the loads in the increment."""
         return LoadChange(self.system, self.start, self.tau)
 
     @property
@@ -110,25 +110,25 @@ class Increment:
 
     @cached_property
     def driven_into(self) -> supported.DrivenInto:
-        """The deepest of the nodes in tools that are held, hence no contacts."""
+        """The held node, hence no contact, that is deepest in a tool."""
         scene = self.system.body.scene
         placed = scene.placed(self.tau, self.start.translation)
         return supported.driven_into(self.system.candidates, placed, scene.driven(self.tau))
 
     @cached_property
     def units(self) -> Units:
-        """The units by which its numbers are scaled: how far a body is carried along says nothing of its strains."""
-        new = self.loads.change if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
-        return self.system.units(self.start, self.tools.beyond(self.rows.gap), new)
+        """Units of its programs; length is the motion beyond that of a carried body, which says nothing of strains."""
+        change = self.loads.change if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
+        return self.system.units(self.start, self.tools.beyond(self.rows.gap), change)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the unknowns x (n,): free displacements, and coordinates of tools that are driven.
 
         Raises:
-            InvertedElement: the trial configuration is not admissible.
-            NotConverged: it is so far away that squares of its positions overflow.
+            InvertedElement: an element is inverted in the trial configuration.
+            NotConverged: x is so large that squares of positions would overflow.
         """
-        if not np.abs(x).max(initial=0.0) <= LARGEST_LENGTH:
+        if not max_abs(x) <= LARGEST_LENGTH:
             raise NotConverged("an iterate runs away: nothing holds the body, or next to nothing")
         return Iterate(self, self.system.body.respond(self.start, x, self.driven))
 
@@ -147,12 +147,12 @@ class Iterate:
 
     @property
     def translated(self) -> Floats:
-        """The coordinates (m,) among them of tools driven by forces or moments."""
+        """The unknowns (m,) that are coordinates of tools driven by forces or moments."""
         return self.increment.system.body.space.beside(self.x)
 
     @cached_property
     def advance(self) -> Floats:
-        """What the pose (k, p) of each tool changes by: along paths, by turns, and as it is driven."""
+        """The change of each tool's pose (k, p), by its path and turn and by the forces and moments that drive it."""
         path, drives = self.increment.tools.path, self.increment.system.body.scene.drives
         return path + drives.poses(self.translated, len(path)) if drives else path
 
@@ -168,14 +168,14 @@ class Iterate:
 
     @property
     def length(self) -> float:
-        """How far tools go in the increment, or nodes where the tools rest; never zero."""
+        """How far tools go in the increment, or nodes if the tools rest; never zero."""
         least = LEAST_MOTION * self.increment.system.body.scene.mesh.size
         moved = max(float(norm(self.response.du).max()), least)
-        return max(self.increment.reach, float(np.abs(self.translated).max(initial=0.0))) or moved
+        return max(self.increment.reach, max_abs(self.translated)) or moved
 
     @cached_property
     def rows(self) -> ContactRows:
-        """Contact rows of all candidates; those of flat tools are the same at every iterate but for caps."""
+        """Contact rows of all candidates; except for caps, those of flat tools are the same at every iterate."""
         increment, contacts = self.increment, self.increment.system.candidates
         rows = contacts.linearised(increment.tools.closed, self.meeting, self.x) if contacts.curved else increment.rows
         return replace(rows, cap=self._caps) if contacts.capped else rows
@@ -197,13 +197,13 @@ class Iterate:
 
     @cached_property
     def frames(self) -> Floats:
-        """Derivatives (w, d, d) of gap and slip by the parts' places: of closed contacts normal and tangent."""
+        """Derivatives (w, d, d) of gap and slip by the parts' places; at closed contacts normal and tangents."""
         contacts = self.increment.system.candidates
         return self.meeting.frames if contacts.curved else contacts.frames
 
     @property
     def measured(self) -> Floats | None:
-        """What :attr:`motion` changes by (c, d, d) where :attr:`rows` say by one; None where it is that."""
+        """The change (c, d, d) of :attr:`motion` by a unit change according to :attr:`rows`; None if they are equal."""
         return self.meeting.measured if self.increment.system.candidates.curved else None
 
     @cached_property
@@ -232,7 +232,7 @@ class Iterate:
 
     @property
     def load(self) -> Floats:
-        """What acts on the unknowns (n,): loads, and what drives tools."""
+        """Forces on the unknowns (n,): loads, and the forces and moments that drive tools."""
         return self.increment.system.load(self.nodal_load, self.increment.tau)
 
     @cached_property
@@ -246,10 +246,10 @@ class Iterate:
         return self.increment.system.body.stiffness(self.response, kind)
 
     def tangent(self, r: Floats, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less the contact forces r (c, d).
+        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` minus contact forces r (c, d).
 
-        Contact forces change as normals turn; flat tools add nothing. Where curved tools are driven, the result is the
-        entries of all matrices, those of couplings last (:mod:`bipot.contact.coupling`), as the space sums them.
+        At curved tools contact forces change as normals turn; flat tools add nothing. Where curved tools are driven,
+        the entries of all matrices are returned, those of couplings last (:mod:`bipot.contact.coupling`).
         """
         increment = self.increment
         K = increment.system.body.tangent(self.response, scratch)
@@ -263,9 +263,9 @@ class Iterate:
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -s slip/|slip| between tool and support where the slip is known."""
-        if not (dragged := self.increment.dragged).any():
+        if not self.increment.dragged.any():
             return r
-        return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), dragged)
+        return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), self.increment.dragged)
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
@@ -288,7 +288,7 @@ class Iterate:
         return self.increment.system.reactions(self.response.element_forces, self.nodal_load, contacts)
 
     def work(self, r: Floats) -> float:
-        """Work of tools, loads and supports with their forces at the end, r (c, d) those of contact."""
+        """Work of tools, loads and supports, with their forces at the end and the contact forces r (c, d)."""
         increment, contacts = self.increment, self.increment.system.candidates
         tools = vdot(self.tool_forces(r), self.tool_travel)
         if contacts.scene.turning.any():

@@ -16,31 +16,31 @@ from bipot.tensors import equivalent_strain
 from bipot.typing import Floats
 
 SHORT = 0.01
-"""Motion over the body's size up to which a start is examined: in longer increments a smooth motion is as far off."""
+"""Motion over the body's size up to which a start is examined: in longer increments even a good start is far off."""
 
 FAR = 0.3
-"""Imbalance (:class:`bipot.certificate.Balance`) of a start from which on another one is tried."""
+"""Imbalance (:class:`bipot.certificate.Balance`) of a start above which another one is tried."""
 
 NEARER = 0.7
-"""Fraction of it below which the other start is taken: the imbalance does not include the remaining travel of tools."""
+"""Fraction of the first imbalance below which the other start is taken: both leave out the tools' remaining travel."""
 
 
 def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
-    """The predicted iterate; in a short increment where it is far off, that of the last velocity if nearer to balance.
+    """The predicted iterate; if it is far from balance in a short increment, another one that is nearer to balance.
 
-    Near a landing the velocity changes direction from increment to increment, and extrapolating it may lead away from
-    the answer. Where loads go on faster, which may be because the body resists more, the other start is that of rest,
-    in increments of any length. Where the prediction folds an element or strains it by more than an answer may, the
-    body goes along with its supports and tools, as it does from rest.
+    The other start is that of the last velocity: near a landing the velocity changes direction from increment to
+    increment, and extrapolating it may lead away from the answer. Where loads go on faster, which may be because the
+    body resists more, the other start is a body carried by its supports and tools, in increments of any length. This
+    is the start, too, where the prediction folds an element or strains it by more than an answer may.
 
     Raises:
-        InvertedElement: that folds an element, too.
+        InvertedElement: the body carried by its supports and tools folds an element, too.
     """
+    start = increment.start
 
     def unbalanced(iterate: Iterate) -> float:
         return Examined(iterate, start.forces, 0.0, bounds).balance.equilibrium
 
-    start = increment.start
     try:
         going = increment.at(predicted(increment, pace))
     except InvertedElement:
@@ -74,12 +74,12 @@ def _carried(increment: Increment) -> Floats:
 
 
 def predicted(increment: Increment, pace: Pace) -> Floats:
-    """Starting displacement (n,): the last motion continued, unless the contacts indicate a reversal.
+    """Starting displacement (n,): the last motion continued, or a body that only supports and tools carry along.
 
-    Where no tool, support or load moves or changes, the body stays, because the material is rate-independent. Where
-    tools reverse, no motion leaves gaps that the forces at the start push open, so these do work; continuing the last
-    motion opens the gaps further, with more work. Where the path turns the last motion says nothing of the next one.
-    What supports or tools carry rests as seen by them.
+    The latter, rest as they see it, is the start where no tool, support or load moves or changes, because the material
+    is rate-independent, where the path turns, because the last motion says nothing of the next one, and where contacts
+    indicate that tools reverse: then forces do work on gaps that open while the body rests, and more work if the last
+    motion continues.
     """
     start, rows, rest = increment.start, increment.rows, _carried(increment)
     x = increment.system.body.space.gather(pace.predict(increment))
@@ -88,9 +88,9 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     same = np.array_equal(rows.gap, start.gap) and not increment.loads.changes
     if same and not rows.slip.any() and not increment.driven.any():
         return rest
-    carried = start.forces[:, 0] * start.gap
+    before = start.forces[:, 0] * start.gap
     moved, resting = (start.forces * rows.motion(y) for y in (x, rest))
-    going_on, staying = (float(part.sum() - carried.sum()) for part in (moved, resting))
-    # Where tools rest, what they do over no motion is round-off of this, of either sign.
-    noise = EPS * float(np.abs(resting).sum() + np.abs(carried).sum())
+    going_on, staying = (float(work.sum() - before.sum()) for work in (moved, resting))
+    # Where tools rest, the work over no motion is round-off of these sums, of either sign.
+    noise = EPS * float(np.abs(resting).sum() + np.abs(before).sum())
     return rest if going_on > staying > noise else x

@@ -1,19 +1,20 @@
 r"""Friction that contact in means leaves out, because slips of different directions cancel within a mean.
 
-A mean p (:mod:`bipot.contact.sampling`) rubs against its mean slip. Where the tool turns about its normal, or the body
-parts beneath it, slips in a mean have several directions, and the pressure p_p psi_p would do more work against them:
+Friction of a mean p (:mod:`bipot.contact.sampling`) opposes its mean slip. Where the tool turns about its normal, or
+the body under it spreads from a line or a point, slips within a mean differ in direction, and friction at the pressure
+p_p psi_p would do more work against them than against their mean, by
 
     l_p = s_p (int psi_p |u_t| dA - |P_p int psi_p u_t dA|) / int psi_p dA,    s_p = min(mu r_n, cap),
 
-with the slips u_t = sum_k N_k u_k of the facets, those of their nodes u_k being what they move along the tool, and P_p
-what symmetry leaves of a mean. It is never negative, as psi_p is not, and zero where the slips of each mean go one way.
-The law is met at the means, so that no certificate shows it. The part is that of the work in the increment,
+with the slips u_t = sum_k N_k u_k of the facets, where nodes move by u_k along the tool, and P_p the projection of a
+mean by planes of symmetry. It is never negative, because psi_p is not, and zero where the slips in each mean have one
+direction. The law is met at the means, so that no certificate shows it. What is returned is the part
 
-    sum_p l_p / (|W| + sum_p l_p),
+    sum_p l_p / (|W| + sum_p l_p)
 
-for a rigid lid that turns on a face all of which slides the part of the moment that is left out, and zero at nodes.
-Slips are those of the whole increment, also in the air. In an increment in which tools and supports rest there is no
-work, and what nodes creep within their means may be all of it: there it is one.
+of the work W in the increment: zero for contact at nodes, and for a rigid lid that turns on a face, all of which
+slides, the part of the moment that is left out. Slips in the air are included. Where tools and supports rest there may
+be no work other than that of nodes that creep within their means; the part is then one.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ from bipot.tensors import norm
 from bipot.typing import Floats, einsum
 
 ROUND_OFF = 64 * float(np.finfo(float).eps)
-"""Of a slip over the size of the body."""
+"""Mean slip over the size of the body below which friction lost is round-off."""
 
 
 def cancelled(iterate: Iterate, r: Floats) -> float:
     """The part of the increment's work by which friction under contact forces r (c, d) is too small, in [0, 1]."""
     contacts = iterate.increment.system.candidates
-    if not any(own.weighted for own in contacts.points):
+    if not contacts.weighted:
         return 0.0
     limit = np.where(iterate.rows.tied, 0.0, iterate.rows.limit(r))
     lost = float(limit @ _parted(iterate))
@@ -44,42 +45,42 @@ def cancelled(iterate: Iterate, r: Floats) -> float:
 
 
 def _parted(iterate: Iterate) -> Floats:
-    """By how much the mean length of the slips of candidates (c,) is more than the length of their mean."""
+    """Mean length of the slips within each candidate's mean (c,), less the length of their mean."""
     contacts = iterate.increment.system.candidates
     scene, d = contacts.scene, contacts.scene.mesh.dimension
     lengths, slips = np.zeros(len(contacts.node)), np.zeros((len(contacts.node), d))
-    for nodal, own, number in zip(_slips(iterate), contacts.points, contacts.number, strict=True):
-        if not own.weighted:
+    for nodal, points, number in zip(_slips(iterate), contacts.points, contacts.number, strict=True):
+        if not points.weighted:
             continue
-        table = facet(own.lines.shape[1], d)
-        psi = table.values @ hats(own.lines.shape[1], d).T
-        weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, own.lines, scene.geometry), psi)
-        area = np.bincount(own.edges.ravel(), weight.sum(axis=1).ravel())
-        slip = table.values @ nodal[own.lines]
+        table = facet(points.lines.shape[1], d)
+        psi = table.values @ hats(points.lines.shape[1], d).T
+        weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, points.lines, scene.geometry), psi)
+        area = np.bincount(points.edges.ravel(), weight.sum(axis=1).ravel())
+        slip = table.values @ nodal[points.lines]
         length, mean = np.zeros(len(area)), np.zeros((len(area), d))
-        np.add.at(length, own.edges, einsum("fqk,fq->fk", weight, norm(slip)))
-        np.add.at(mean, own.edges, einsum("fqk,fqd->fkd", weight, slip))
-        mine = number >= 0
-        lengths[number[mine]] = length[mine] / area[mine]
-        slips[number[mine]] = mean[mine] / area[mine, None]
+        np.add.at(length, points.edges, einsum("fqk,fq->fk", weight, norm(slip)))
+        np.add.at(mean, points.edges, einsum("fqk,fqd->fkd", weight, slip))
+        used = number >= 0
+        lengths[number[used]] = length[used] / area[used]
+        slips[number[used]] = mean[used] / area[used, None]
     # In a plane a mean that continues beyond an axis or a plane of symmetry does not slip, nor do supports move it.
     still = ~(contacts.tangent_free | contacts.tangent_held)
     return np.maximum(lengths - np.where(still, 0.0, norm(contacts.means.kept(slips))), 0.0)
 
 
 def _slips(iterate: Iterate) -> Floats:
-    """What nodes (tools, a, d) move along each tool, zero for those that are in no mean at it.
+    """Motions (tools, a, d) of nodes along each tool, zero for nodes that are in none of its means.
 
-    In a plane that is an arc, of which a curved tool turns the direction from node to node: its first component.
+    In a plane the first component is the slip along the tool's line, whose direction may turn from node to node.
     """
     increment, contacts, du = iterate.increment, iterate.increment.system.candidates, iterate.response.du
-    owner, apart = contacts.means.owner, contacts.means.apart()
+    owner, nodes = contacts.means.owner, contacts.means.apart()
     gone, frames = iterate.tool_travel[contacts.tool[owner]], iterate.frames
     if contacts.curved:
         gone = gone + increment.tools.carried(du, iterate.advance)
     else:
         frames = frames[owner]
-    slip = apart.motion(du) - gone
+    slip = nodes.motion(du) - gone
     slip = slip - np.vecdot(slip, frames[:, 0])[:, None] * frames[:, 0]
     if slip.shape[1] == 2:
         slip = np.vecdot(slip, frames[:, 1])[:, None] * (1.0, 0.0)

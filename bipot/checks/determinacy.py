@@ -1,20 +1,20 @@
-r"""What an accepted increment does not determine: contact forces that share their nodes, a body that may still move.
+r"""What an accepted increment does not determine: forces of contacts that share nodes, rigid motions that remain.
 
 Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
 where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
 rigid motion that the supports allow leaves every closed contact closed, every sticking one at rest, and the slip of
-every sliding one in its direction (in space friction would otherwise turn with it). Both are rank tests. Force-driven
-tools couple the contacts of all nodes: the first test is then made for all of them together.
+every sliding one in its direction (in space friction would otherwise turn with the slip). Both are rank tests. Tools
+that forces drive couple the contacts of all nodes: the first test is then made for all contacts together.
 
 Among all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over
-the rigid motions N t that keep gaps and the directions of slips. So numbering, units and solver do not choose.
+the rigid motions N t that keep gaps and the directions of slips, so that numbering, units and solver do not choose.
 
 A third test, :func:`branches`, costs a factorisation and is optional. Where the symmetric part of the tangent, geometry
 included, is positive definite on the motions that the closed contacts allow, no other solution is near (Hill's
 condition). Where it is not, other solutions may branch off, as for perfect plasticity in free compression.
 
 Contacts that touch without a force prevent a rigid motion in one direction only: :func:`may_leave` decides by a linear
-program whether the body could equally be farther off.
+program whether the body could equally be farther from them.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
 
 ROUND_OFF = 1e-9
-"""A motion of a row below this fraction of the largest counts as none."""
+"""The effect of a motion on a row below this fraction of the largest entry of the motions counts as none."""
 
 STIFF = 1e4
 """Stiffness that prevents a motion, over the largest on the diagonal."""
@@ -63,8 +63,8 @@ TIGHT = Accuracy(1e-12)
 class Active:
     """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge.
 
-    ``drag`` (c,) is the growth of the friction of sliding ones with their normal force, ``along`` (c, d - 1) the unit
-    vector of their friction, zero for others.
+    Of those that slide, ``drag`` (c,) is the growth of friction with the normal force and ``along`` (c, d - 1) the unit
+    vector of friction, zero for others.
     """
 
     closed: Bools
@@ -75,7 +75,7 @@ class Active:
 
     @staticmethod
     def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
-        """By force, gap and slip; forces r (c, d) up to ``noise`` count as none."""
+        """Which are active by force, gap and slip; forces r (c, d) up to ``noise`` count as none."""
         rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.size
         largest = max_abs(r)
         closed = rows.tied | carries(r, noise) | touches(motion[:, 0], size)
@@ -87,7 +87,7 @@ class Active:
         return Active(closed, sticking, still, rows.limit_slope(r), along)
 
     def only(self, chosen: Bools) -> Active:
-        """Those of the ``chosen`` contacts (c,), as if all others were open."""
+        """The same for the ``chosen`` contacts (c,) only, as if all others were open."""
         along = np.where(chosen[:, None], self.along, 0.0)
         closed, sticking, still = (which & chosen for which in (self.closed, self.sticking, self.still))
         return Active(closed, sticking, still, self.drag, along)
@@ -98,9 +98,8 @@ class Active:
         slips = np.asarray(rows.G_t @ motions).reshape(len(kept), rows.tangents, count)
         along, slides = self.along[kept], self.along[kept].any(axis=1)
         across = slips - along[:, :, None] * einsum("fi,fim->fm", along, slips)[:, None]
-        stopped = slips[self.sticking[kept]], across[slides]
-        every = np.vstack([(rows.G_n @ motions)[self.closed], *(part.reshape(-1, count) for part in stopped)])
-        return cleaned(every, motions)
+        tangential = slips[self.sticking[kept]].reshape(-1, count), across[slides].reshape(-1, count)
+        return cleaned(np.vstack([(rows.G_n @ motions)[self.closed], *tangential]), motions)
 
 
 def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
@@ -122,7 +121,7 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
 def _noise(examined: Examined) -> float:
     """Contact forces up to this count as none: the round-off of the law, or STICKS times the largest of the run.
 
-    Where contacts have opened, forms may leave such a remainder on all of them, which holds nothing.
+    Where contacts have opened, forms may leave a remainder of this size on them, which holds nothing.
     """
     start = examined.increment.start.forces
     present = max(max_abs(forces) for forces in (examined.r, start))
@@ -137,10 +136,10 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
     active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
     if iterate.translated.size or system.candidates.weighted:
-        # Tools that forces drive bind the contacts of all nodes together, and so do nodes that contacts have in common.
+        # Tools that forces drive couple the contacts of all nodes, and so do nodes that several means share.
         return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
     contacts = np.bincount(node[active.closed], minlength=count)
-    # Along a tangent that nothing can move along there is no force.
+    # There is no force along a tangent along which nothing can move.
     along = np.zeros(rows.count)
     along[rows.frictional] = (np.diff(rows.G_t.indptr).reshape(-1, rows.tangents) > 0).sum(axis=1)
     unknowns = contacts + np.bincount(node[active.still], along[active.still], minlength=count)
@@ -153,7 +152,7 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
 def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
     """Motions N (n, m) without strain, orthonormal, that neither supports nor closed contacts prevent.
 
-    Contacts that carry no more than ``noise`` hold nothing along them.
+    Contacts that carry no more than ``noise`` hold nothing tangentially.
     """
     rigid = _rigid(iterate)
     if not rigid.size:
@@ -164,7 +163,7 @@ def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
 def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
 
-    It must keep those that carry more closed, and at rest where they stick.
+    It must keep contacts that carry more closed, and at rest where they stick.
     """
     rigid, rows = _rigid(iterate), iterate.rows
     if not rigid.size:
@@ -176,7 +175,7 @@ def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     if not (N.shape[1] and idle.any()):
         return False
     opened = openable(cleaned((rows.G_n @ N)[idle], N))
-    # Undecided counts as possible.
+    # If the linear program does not decide, the motion counts as possible.
     return opened is None or bool(opened[0].any())
 
 
@@ -193,7 +192,7 @@ def branches(iterate: Iterate, r: Floats) -> bool:
 def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
     """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
 
-    Those of contacts that carry no more than ``noise`` cost none.
+    Slips of contacts that carry no more than ``noise`` cost none.
     """
     rows, motion, x = iterate.rows, iterate.motion, iterate.x
     if norm(N.T @ x) <= SETTLED * norm(x):
@@ -201,7 +200,7 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
     rubs = carries(r, noise)[rows.frictional]
-    # At the edge of the cone without a slip, one would go against the friction.
+    # At the edge of the cone without a slip, the only slip allowed is against the friction.
     pull, still = r[rows.frictional, 1:], length == 0
     ahead = np.where(still[:, None], -pull, slip)
     size = norm(ahead)
@@ -221,16 +220,12 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
 
 
 def _rigid(iterate: Iterate) -> Floats:
-    """Motions (n, m) without strain: rigid ones that the supports allow where the increment starts, and each tool's
-    that a force drives."""
+    """Motions (n, m) without strain: rigid motions of the body at the start that supports allow, and driven tools'."""
     increment = iterate.increment
     rigid = increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
-    count = len(iterate.translated)
-    if not count:
-        return rigid
-    tools = np.zeros((len(rigid), count))
-    tools[-count:] = np.eye(count)
-    return np.hstack([rigid, tools])
+    # Coordinates of driven tools are the last unknowns.
+    count, driven = len(rigid), len(iterate.translated)
+    return np.hstack([rigid, np.eye(count, driven, k=driven - count)])
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:
@@ -244,8 +239,9 @@ def _slips(rows: ContactRows, chosen: Bools) -> Bools:
 
 
 def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
-    """Closed contacts ``here`` whose forces are not determined: some change of them pushes nothing, or forbids nothing
-    new, as where two normals are one.
+    """Closed contacts ``here`` whose forces are not determined.
+
+    A change of these forces pushes nothing, or others forbid the same motion already, as where two normals are one.
     """
     rows, motion = iterate.rows, iterate.motion
     pushing, forbidden = list[Floats](), list[Floats]()
@@ -254,29 +250,29 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
         alone = np.arange(rows.count) == c
         normal = rows_of(rows.G_n, alone).toarray()
         tangents = rows_of(rows.G_t, _slips(rows, alone)).toarray()
-        own = [normal, tangents[tangents.any(axis=1)]] if active.still[c] else [normal]
-        forbidden += own
-        by_motion += [c] * sum(map(len, own))
-        if not active.still[c]:
-            slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
-            own = [normal - active.drag[c] * slip @ tangents if len(tangents) else normal]
-        pushing += own
-        by_push += [c] * sum(map(len, own))
+        stops = np.vstack([normal, tangents[tangents.any(axis=1)]]) if active.still[c] else normal
+        pushes = stops
+        if not active.still[c] and len(tangents):
+            pushes = normal - active.drag[c] * unit(motion[c, 1:]) @ tangents
+        forbidden.append(stops)
+        by_motion += [c] * len(stops)
+        pushing.append(pushes)
+        by_push += [c] * len(pushes)
     found = [_dependent(np.vstack(A), np.array(of)) for A, of in ((pushing, by_push), (forbidden, by_motion)) if A]
     return np.unique(np.concatenate([np.empty(0, np.intp), *found]))
 
 
 def _dependent(A: Floats, of: Ints) -> Ints:
-    """Of rows (m, n) that belong to contacts ``of`` (m,), the contacts whose rows others are made of."""
+    """Contacts whose rows depend linearly on others, of rows (m, n) that belong to the contacts ``of`` (m,)."""
     moved = A[:, np.abs(A).any(axis=0)]
     left = null_space(moved.T, rcond=RANK) if moved.size else np.eye(len(A))
     return of[np.abs(left).max(axis=1, initial=0.0) > RANK]
 
 
 def cleaned(moved: Floats, motions: Floats) -> Floats:
-    """The rows times ``motions`` (n, m), with zero for round-off of the largest of these.
+    """The effect ``moved`` of ``motions`` (n, m) on rows, with zero for round-off of the largest entry of the motions.
 
     >>> cleaned(np.array([[1e-17, 0.3]]), np.array([[0.6, 0.8]])).tolist()
     [[0.0, 0.3]]
     """
-    return np.where(np.abs(moved) < ROUND_OFF * np.abs(motions).max(initial=0.0), 0.0, moved)
+    return np.where(np.abs(moved) < ROUND_OFF * max_abs(motions), 0.0, moved)

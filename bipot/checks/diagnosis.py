@@ -1,6 +1,6 @@
-r"""Why an increment could not be solved, where the scene is the cause: a body inside a tool, or held by nothing.
+r"""Why an increment could not be solved, where the scene is the cause, as a body inside a tool, or held by nothing.
 
-At a sharp corner of a tool the law has no one normal: the body may have no equilibrium there.
+At a sharp corner of a tool the law has no unique normal, and the body may have no equilibrium there.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, max_abs, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
-"""How far a tool is followed, over sizes and gaps, in so many steps, and what is touched, over the size."""
+"""A tool is followed so FAR, over the size and the largest gap, in at most STEPS; a gap up to AIR sizes is touched."""
 
 SPINS = 0.95
-"""Fraction of the moment held by friction above which a tool may spin, as normal forces change in an increment."""
+"""Fraction of the moment that friction holds above which a tool may spin: normal forces change in an increment."""
 
 SHARP = 0.5
-"""Angle (radians) of normals around a node within the increment's lengths, above which it is at a corner."""
+"""Angle (radians) between normals within the increment's lengths around a node from which it is at a sharp corner."""
 
 
 def diagnosis(increment: Increment) -> str | None:
-    """A sentence why the ``increment`` failed, None where the scene is not the cause."""
+    """A sentence that says why the ``increment`` failed, None where the scene is not the cause."""
     causes = (_blocked, _torn, _inside, jammed, _unheld, _aloft, _past, _spun)
     return next((found for cause in causes if (found := cause(increment))), None)
 
@@ -56,7 +56,7 @@ def _torn(increment: Increment) -> str | None:
 
 
 def _inside(increment: Increment) -> str | None:
-    """A body that carries nothing yet and is inside a tool, by more than the increment takes tools on."""
+    """A body without contact forces yet that is inside a tool, by more than tools travel in the increment."""
     system, state = increment.system, increment.start
     if state.forces.any() or touches(-state.gap, system.body.scene.size).all():
         return None
@@ -85,11 +85,12 @@ def _unheld(increment: Increment) -> str | None:
     if v is None:
         return None
     motion = system.body.space.spread(v)
-    # Without work loads may press what the motion opens, as on a slope.
+    # Loads that do no work on the motion may press the contacts that it opens, as on a slope.
     if forces.any() and (vdot(forces, motion) <= ROUND_OFF * float(np.linalg.norm(forces)) or rubs(increment, v)):
         return None
-    shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
-    turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
+    mean = motion.mean(axis=0)
+    shift = np.where(np.abs(mean) > ROUND_OFF, mean, 0.0)
+    turns = " with a turn" if float(norm(motion - mean).max()) > ROUND_OFF else ""
     what = f"moving along ({', '.join(f'{part:.3g}' for part in shift)}){turns}" if shift.any() else "turning"
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
 
@@ -98,11 +99,12 @@ def _aloft(increment: Increment) -> str | None:
     """A tool that a moment turns in the air, where its path does not bring it to the body."""
     scene, gap = increment.system.body.scene, np.minimum(increment.rows.gap, increment.start.gap)
     for k, tool in enumerate(scene.tools):
-        moment = None if tool.turn is None or tool.driven_by is not None else tool.turn.driven_by
-        off = not touches(gap[increment.system.candidates.tool == k], scene.size).any()
-        if off and moment is not None and moment.at(increment.tau) != 0:
+        if tool.turn is None or tool.turn.driven_by is None or tool.driven_by is not None:
+            continue
+        moment = tool.turn.driven_by.at(increment.tau)
+        if moment != 0 and not touches(gap[increment.system.candidates.tool == k], scene.size).any():
             return (
-                f"tools[{k}] touches nothing that would hold its moment of {moment.at(increment.tau):.4g}: "
+                f"tools[{k}] touches nothing that would hold its moment of {moment:.4g}: "
                 "bring it to the body before it has one."
             )
     return None
@@ -122,9 +124,9 @@ def _past(increment: Increment) -> str | None:
 
 
 def _goes_past(tool: Tool, places: Floats, pose: Floats, size: float) -> bool:
-    """Whether a tool in the ``pose`` (p,) that goes along its force meets none of the ``places`` (c, d), for certain.
+    """Whether a tool in the ``pose`` (p,) that goes along its force certainly meets none of the ``places`` (c, d).
 
-    Gaps change by no more than the tool goes: it goes on by the least of them.
+    Gaps change by no more than the tool goes, so that each step may be as long as the least of them.
     """
     assert tool.driven_by is not None
     way, gone = np.append(tool.driven_by.direction, np.zeros(len(pose) - places.shape[1])), 0.0
@@ -154,14 +156,14 @@ def _spun(increment: Increment) -> str | None:
     levers = _levers(contacts, here)
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)
-    # What is tied holds any moment where it has a lever; without one, or of another tool, it holds none.
+    # A weld holds any moment of its own tool if it has a lever.
     ties = np.isinf(held)
     by_friction = contacts.driven_sums(lever * np.where(ties, 0.0, held))
     by_friction[contacts.driven_sums(ties * lever) > 0] = np.inf
     asked = drives.at(tau) / np.where(drives.spins > 0, drives.spins, np.inf)
     coming = scene.travel(state.tau, tau).any(axis=1) | np.array([tool.driven_by is not None for tool in scene.tools])
-    told = (contacts.driven_sums(state.forces[:, 0]) > 0) | ~coming[drives.tool]
-    spun = np.flatnonzero((drives.spins > 0) & told & (np.abs(asked - by_normal) > SPINS * by_friction))
+    judged = (contacts.driven_sums(state.forces[:, 0]) > 0) | ~coming[drives.tool]
+    spun = np.flatnonzero((drives.spins > 0) & judged & (np.abs(asked - by_normal) > SPINS * by_friction))
     if not len(spun):
         return None
     k = int(spun[0])
@@ -184,10 +186,10 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
 
 
 def cornered(increment: Increment) -> str | None:
-    """The sentence on a node that pushes against a tool next to a sharp corner of it, None where there is none.
+    """The sentence on a node that pushes against a tool next to a sharp corner of it, None if there is none.
 
-    Next to it is who comes there by the lengths of the increment, which has failed. In a plane of symmetry, or on an
-    axis, a corner and its mirror image push along that together.
+    A node is next to a corner if it may reach it by the motions of the increment, which has failed; not in a plane of
+    symmetry or on an axis, where a corner and its mirror image push along one direction together.
     """
     start, contacts = increment.start, increment.system.candidates
     if not contacts.curved:
@@ -210,7 +212,7 @@ def _alone(increment: Increment) -> Bools:
 
 
 def _turned(increment: Increment, length: float) -> Floats:
-    """The largest angle (c,) between a candidate's normal and those of places so far off along the axes; 0 if flat."""
+    """The largest angle (c,) between a candidate's normal and those at ``length`` from it along the axes; 0 if flat."""
     contacts, scene = increment.system.candidates, increment.system.body.scene
     places, out = contacts.means.places(increment.start.nodes), np.zeros(len(contacts.tool))
     around = length * np.vstack([np.eye(scene.mesh.dimension), -np.eye(scene.mesh.dimension)])

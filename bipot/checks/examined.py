@@ -4,10 +4,11 @@ The round-off of the internal forces is that of their own assembly,
 
     eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
 
-summed at the node where it is largest, with ``moved`` the lengths of the increment: the largest displacement, the
-travels of tools within reach, and the motions that forces may give to tools. It is the scale of an unstressed body. The
-round-off of a contact's motion is eps times these lengths. Where ten times an estimate from the largest stress and the
-mesh at rest is far below every bound, the estimate replaces the sum.
+summed at the node where it is largest, with ``moved`` the sum of the increment's lengths: the largest displacement, the
+longest travel of a tool within reach, and the motion that forces may give to tools. It stands for the scale of an
+unstressed body. The round-off of a contact's motion is eps times ``moved`` plus its gap, if that is shorter than
+``moved``. Where ten times an estimate from the largest stress and the mesh at rest is far below every bound, the
+estimate replaces the sum.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from bipot.tensors import norm
 from bipot.typing import Floats, max_abs
 
 FAINT = 0.1
-"""Round-off below this fraction of a bound does not matter for it."""
+"""Round-off below this fraction of a bound does not matter for that bound."""
 
 
 @dataclass(frozen=True)
@@ -52,12 +53,12 @@ class Examined:
 
     @cached_property
     def certificate(self) -> Certificate:
-        """Every measure."""
+        """All measures."""
         body, work = self.increment.system.body, self.iterate.work(self.r)
         return certify(self._contact(), body.fields(self.response), self.balance, body.scene.mesh.size, work)
 
     def ratios(self) -> dict[str, float]:
-        """Each measure over its bound or resolution; those of equilibrium alone where one is above one."""
+        """Each measure over its bound or resolution; the measures of equilibrium alone if one of these is not met."""
         balance, bounds = self.balance, self.bounds
         first = {"equilibrium": balance.equilibrium / max(bounds.equilibrium, balance.resolution)}
         if balance.tool_force.size:
@@ -88,28 +89,28 @@ class Examined:
     def _tool_force(self) -> Floats:
         """The scales (m,) of the residuals of driven tools.
 
-        It is the driving force itself; for a moment the sum of the contact forces times their arms where that is
-        larger, which is above zero for a tool that rolls freely, over its constant lever.
+        It is the driving force itself; for a moment, over its constant lever, the sum of the contact forces times their
+        arms if that is larger, as it is for a tool that rolls freely.
         """
         drives = self.increment.system.body.scene.drives
         if not drives:
             return np.zeros(0)
-        own = np.abs(self.increment.system.body.space.beside(self.iterate.load))
+        driving = np.abs(self.increment.system.body.space.beside(self.iterate.load))
         if not drives.spins.any():
-            return own
+            return driving
         contacts = self.increment.system.candidates
         arms = contacts.parts.sums(norm(self.iterate.meeting.arm) * norm(contacts.parts.spread(self.r)))
-        return np.maximum(own, drives.spins * contacts.driven_sums(arms))
+        return np.maximum(driving, drives.spins * contacts.driven_sums(arms))
 
     @cached_property
     def _present(self) -> float:
-        """The largest contact force."""
+        """The largest contact force at the end."""
         return max_abs(self.r)
 
     @cached_property
     def _moved(self) -> float:
-        """Lengths of the increment (module docstring)."""
-        # A tool that a force drives may come to rest where it is: it is placed to what its force could move it by.
+        """The sum of the increment's lengths (module docstring)."""
+        # The round-off of a driven tool's place is that of the motion its force could cause, even if it rests.
         driven = self.increment.units.length if self.iterate.translated.size else 0.0
         return float(norm(self.response.du).max()) + self.increment.reach + driven
 
@@ -125,7 +126,7 @@ class Examined:
             stiffness=self.increment.system.rigidity.contact,
             largest=max(self.largest, present),
             present=max(present, max_abs(self.response.state.forces)),
-            # A far candidate's gap is never small: what it is rounded to does not matter.
+            # The gap of a candidate far from its tool is never small, and its round-off does not matter.
             blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
             inside=self.increment.driven_into.depth,
         )

@@ -1,9 +1,9 @@
 """Rigid motions of a body that nothing could prevent.
 
-A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
-candidate (none closes), and no friction where it keeps a contact closed; a weld keeps its nodes. Candidates count at
-any distance, since they may land. These v form a cone in at most three dimensions, six in space; a linear program says
-which contacts a motion in it can open.
+A rigid motion N v that the supports allow is free if no candidate contact could ever stop it: G_n N v >= 0 at every
+candidate (none closes), and no slip where a contact with friction stays closed; welds stay as they are. Candidates
+count at any distance, since they may land. These v form a cone in at most three dimensions, six in space; a linear
+program says which contacts a motion in it can open.
 """
 
 from __future__ import annotations
@@ -26,28 +26,28 @@ from bipot.typing import Floats, max_abs, vdot
 def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
     """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
 
-    Of a body under loads, nodal ``forces`` (a, d), it is one that they push, unless friction is capped. Contacts that
-    rub do not slip in it, and all of them open or none changes.
+    Of a body under loads, nodal ``forces`` (a, d), it is one that they push, unless friction is capped. Contacts with
+    friction do not slip in it, and all of them open or none changes.
     """
     v = free(system, state, forces)
     return None if v is None else system.body.space.spread(v)
 
 
 def free(system: System, state: State, forces: Floats) -> Floats | None:
-    """That motion on the unknowns (n,)."""
+    """The motion of :func:`free_motion` on the unknowns (n,)."""
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
     normal, rubbing = cleaned(rows.G_n @ rigid, rigid), rows.rubs
     tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
-    # These leave all contacts as they are, so that either way is as free.
+    # These motions leave all contacts as they are and are free in both directions.
     still = null_space(np.vstack([normal, *tangent[rubbing]]), rcond=ROUND_OFF)
     push = np.array([vdot(forces, space.spread(way)) for way in rigid.T])
     if max_abs(push @ still) > ROUND_OFF * float(np.linalg.norm(forces)):
         return _of_length_one(system, rigid @ still @ (push @ still))
     if forces.any() and not rows.capped:
-        # Where a contact that rubs stays, a proof tells of all motions: bipot.limit_analysis.collapse.
+        # Where a contact with friction stays closed, bipot.limit_analysis.collapse decides on all motions by a proof.
         basis = null_space(np.vstack([normal[rows.tied], *tangent[rubbing]]), rcond=ROUND_OFF)
         v = basis @ _along(push @ basis, normal @ basis)
         stays = rubbing & (normal @ v <= ROUND_OFF * norm(v))
@@ -68,7 +68,7 @@ def free(system: System, state: State, forces: Floats) -> Floats | None:
         v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
     v = rigid @ basis @ v
     motion = space.spread(v)
-    # Where nothing opens either way is as free.
+    # Where nothing opens, the motion is free in both directions, and the largest component is made positive.
     back = not opened.any() and motion.flat[np.abs(motion).argmax()] < 0
     return _of_length_one(system, -v if back else v)
 
@@ -76,9 +76,9 @@ def free(system: System, state: State, forces: Floats) -> Floats | None:
 def _along(push: Floats, normal: Floats) -> Floats:
     """The motion v (m,) with ``normal`` (c, m) v >= 0 that is nearest to ``push`` (m,): zero where it pushes none.
 
-    It is push + normal' r with the r >= 0 by which that is the shortest (Moreau).
+    It is push + normal' r with the r >= 0 for which this sum is shortest (Moreau).
     """
-    # Of round-off nothing is dependent, and the search would not end, or end elsewhere.
+    # Rows that are dependent but for round-off would make the search endless, or end it elsewhere.
     push, normal = (np.where(np.abs(a) > ROUND_OFF * max_abs(a), a, 0.0) for a in (push, normal))
     r = nonnegative(normal.T, -push)
     v = push if r is None else push + normal.T @ r
@@ -86,15 +86,15 @@ def _along(push: Floats, normal: Floats) -> Floats:
 
 
 def _of_length_one(system: System, v: Floats) -> Floats | None:
-    """The motion v (n,) over its largest nodal displacement, None if it is none."""
+    """The motion v (n,) over its largest nodal displacement, None if this is zero."""
     largest = float(norm(system.body.space.spread(v)).max())
     return v / largest if largest > 0 else None
 
 
 def rubs(increment: Increment, v: Floats) -> bool:
-    """Whether a contact opens so little by the motion v (n,) that friction could hold it all the same.
+    """Whether a contact opens so little by the motion v (n,) that friction could hold the body all the same.
 
-    Forces in Coulomb's cone work against what opens by less than mu times its slip.
+    Forces in Coulomb's cone can work against a motion that opens a contact by less than mu times its slip.
     """
     rows = replace(increment, tau=increment.start.tau).rows
     opens, slips = rows.G_n @ v, np.zeros(rows.count)

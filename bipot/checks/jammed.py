@@ -1,14 +1,14 @@
-r"""Nodes that two tools jam between them: they come together there, and friction lets the node slide on neither.
+r"""Nodes that two tools jam between them: the tools come together there, and friction lets the node slide on neither.
 
-Forces f and -f are within the friction of both, whatever their size, where the angle gamma from the one normal to the
-opposite of the other is no larger than arctan mu_1 + arctan mu_2: at a right angle, where mu_1 mu_2 >= 1. If each tool
-comes nearer to what sticks to the other, n_2 . (m_1 - m_2) < 0 and n_1 . (m_2 - m_1) < 0 with their motions m, the node
-has to slide on both. Then friction, at its limit, undoes more of what each pushes by than that is: no forces push the
-node where the tools leave it room. What is welded to a tool goes with it, into another one if that is in the way.
+Forces f and -f are within the friction cones of both tools, whatever their size, if the angle gamma between one normal
+and the opposite of the other is at most arctan mu_1 + arctan mu_2 (for normals at a right angle, if mu_1 mu_2 >= 1). If
+each tool, moving by m_i, approaches a node that sticks to the other, n_2 . (m_1 - m_2) < 0 and n_1 . (m_2 - m_1) < 0,
+the node has to slide on both. Friction at its limit then opposes this by more than each tool pushes: no forces move the
+node to where the tools leave room. A node welded to a tool goes with it, also into another tool that is in the way.
 
-What supports or planes of symmetry hold along some directions meets a tool as if its mirror image were a second one:
-with the components of its normal and of its motion along these reversed. It is jammed where arctan mu is no smaller
-than the angle between the normal and what is held of it, and the tool comes nearer by its motion along that.
+A node that supports or planes of symmetry hold along some directions meets a tool as if the tool's mirror image were a
+second one, whose normal and motion have reversed components along these directions. It is jammed if arctan mu is at
+least the angle between the normal and its held part, and the tool approaches by the held part of its motion.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
 CLOSES = 1e-9
-"""Tools that come together by less than this part of their ways do not; a node less deep, over the body's size, is in
-none."""
+"""Tools that approach by less than this part of their ways do not come together; a node less deep in a tool than this,
+over the body's size, is not in it."""
 
 ALONG = 1e-6
-"""Tangent of the angle up to which a normal is along what supports hold."""
+"""Tangent of the angle up to which a normal counts as along the directions that supports hold."""
 
 
 def jammed(increment: Increment) -> str | None:
@@ -72,10 +72,10 @@ class _Pushed(NamedTuple):
         beyond = self.motion - self.increment.tools.driven[contacts.node]
         normal, motion = (holding.axes.at(contacts.node, vectors) for vectors in (self.normal, beyond))
         for c in np.flatnonzero(self._rubs(chosen) & (sides < 0).any(axis=1)).tolist():
-            both, ways = (np.array([own[c], sides[c] * own[c]]) for own in (normal, motion))
-            most, mu = float(np.tan(_between(*both) / 2)), float(contacts.mu[c])
-            # Against a tool that comes straight at what is held no friction helps, nor does less of it.
-            if ALONG < most <= mu and _close(both, ways):
+            normals, motions = (np.array([real[c], sides[c] * real[c]]) for real in (normal, motion))
+            most, mu = float(np.tan(_between(*normals) / 2)), float(contacts.mu[c])
+            # If the tool comes straight along the held directions, less friction would not help.
+            if ALONG < most <= mu and _close(normals, motions):
                 return (
                     f"Node {contacts.node[c]} is jammed between tools[{contacts.tool[c]}] and what holds it, its "
                     f"supports or planes of symmetry: the tool comes nearer to these while friction, mu = {mu:.6g}, "
@@ -84,7 +84,7 @@ class _Pushed(NamedTuple):
         return None
 
     def _rubs(self, chosen: Bools) -> Bools:
-        """Those of the ``chosen`` (c,) that are at hand and rub by Coulomb's law alone."""
+        """Those of the ``chosen`` (c,) that are at hand and have friction by Coulomb's law alone."""
         contacts = self.increment.system.candidates
         rubs = chosen & _at_hand(self.increment) & np.isfinite(contacts.mu) & (contacts.mu > 0)
         return rubs & np.isinf(contacts.shear)
@@ -103,23 +103,23 @@ class _Pushed(NamedTuple):
         return None
 
     def _depth(self, c: int, other: int) -> float:
-        """How deep the one candidate comes into the tool of the other if it goes with its own."""
+        """How deep candidate ``c``, moving with its own tool, comes into the tool of the ``other``."""
         contacts, tools = self.increment.system.candidates, self.increment.tools
         k, x = int(contacts.tool[other]), contacts.means.places(self.increment.start.nodes)[[other]]
         return -float(contacts.scene.tools[k].distance(x + self.motion[c], tools.placed[k] + tools.path[k])[0])
 
     def _pairs(self, chosen: Bools) -> Iterator[tuple[int, int, int]]:
-        """Nodes of two of the ``chosen`` (c,) of different tools, and these."""
-        contacts, own = self.increment.system.candidates, np.flatnonzero(chosen)
-        nodes, often = np.unique(contacts.node[own], return_counts=True)
+        """Each node and two of the ``chosen`` (c,) there, of different tools."""
+        contacts, every = self.increment.system.candidates, np.flatnonzero(chosen)
+        nodes, often = np.unique(contacts.node[every], return_counts=True)
         for node in nodes[often > 1].tolist():
-            for c, other in combinations(own[contacts.node[own] == node].tolist(), 2):
+            for c, other in combinations(every[contacts.node[every] == node].tolist(), 2):
                 if contacts.tool[c] != contacts.tool[other]:
                     yield node, c, other
 
 
 def _between(one: Floats, other: Floats) -> float:
-    """The angle between the one normal (d,) and the opposite of the other."""
+    """The angle between ``one`` normal (d,) and the opposite of the ``other``."""
     return float(np.arccos(np.clip(-one @ other, -1.0, 1.0)))
 
 
@@ -140,7 +140,7 @@ def _gone_on(increment: Increment) -> Floats:
 
 
 def _close(normal: Floats, motion: Floats) -> bool:
-    """Whether two tools of these normals and motions (2, d) each come nearer to what sticks to the other."""
+    """Whether each of two tools, of this ``normal`` and ``motion`` (2, d), approaches what sticks to the other."""
     apart = motion[1] - motion[0]
     least = CLOSES * float(norm(motion).max())
     return bool(normal[0] @ apart < -least and -normal[1] @ apart < -least)

@@ -7,19 +7,19 @@ import numpy as np
 from bipot.typing import Bools, Floats
 
 PIVOTS = 1000
-"""Steps of a linear program per row and column; one that takes more cycles."""
+"""Steps of a linear program per row and column; a program that takes more is cycling."""
 
 
 def openable(normal: Floats) -> tuple[Bools, Floats] | None:
-    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
+    """Which contacts (c,) a motion v (m,) with ``normal`` (c, m) v >= 0 opens, and v, which opens as many as possible.
 
-    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v / |normal_c|: scaled up, v opens all contacts that any v
-    opens. None where the solver cannot decide.
+    It maximises sum_c t_c over 0 <= t_c <= 1, t_c <= normal_c v / |normal_c|: scaled up, v opens every contact that any
+    such motion opens. None if the solver does not decide.
     """
     count, free = normal.shape
     if not free:
         return np.zeros(count, dtype=bool), np.zeros(0)
-    # scipy.optimize takes long to import, and most runs end without asking.
+    # scipy.optimize takes long to import, and most runs never come here.
     from scipy.optimize import linprog
 
     length = np.linalg.norm(normal, axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""Inadmissible increments, whatever their certificate: motions that forces and gaps at the nodes do not detect."""
+"""Refusal of increments that are inadmissible whatever their certificate, mostly by motions that gaps do not show."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 MOST_TURNED = float(np.pi) / 6
-"""The largest angle of a tool in an increment: a full turn looks like none, and paths are not straight."""
+"""The largest angle of a tool in an increment: a full turn looks like none, and large ones are far from straight."""
 
 MOST_STRAINED = 1.0
-"""The largest equivalent strain of an increment: the midpoint strain has an error of a tenth there. Beyond twice as
-much its equations have other solutions, in which a freely flowing body turns by a right angle and back."""
+"""The largest equivalent strain of an increment: the midpoint strain then has an error of a tenth. Beyond twice that
+strain the equations have other solutions, in which a freely flowing body turns by a right angle and back."""
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -32,19 +32,20 @@ def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
     inside = increment.driven_into.depth / increment.system.body.scene.mesh.size
     if inside > bounds.penetration:
         raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
-    if np.abs(increment.tools.turned).max(initial=0.0) > MOST_TURNED:
-        turned = int(np.argmax(np.abs(increment.tools.turned)))
-        said = f"tools[{turned}] turns by {increment.tools.turned[turned]:.3g} in one increment"
+    angles = increment.tools.turned
+    if max_abs(angles) > MOST_TURNED:
+        tool = int(np.argmax(np.abs(angles)))
+        said = f"tools[{tool}] turns by {angles[tool]:.3g} in one increment"
         raise Refused(said, f"Use more increments: a tool turns by no more than {MOST_TURNED:.3g} in one.")
     if increment.torn is not None:
         raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
 
 
 def refuse_motion(iterate: Iterate, r: Floats) -> None:
-    """Refuse inadmissible motions, r (c, d) the forces of all candidates.
+    """Refuse inadmissible motions, with the forces r (c, d) of all candidates.
 
-    A body may not run away, strain too much at once, spin a tool, pass through one or let it in between nodes, touch
-    it past an open end, touch its mirror image, or pass through itself.
+    A body may not run away, strain too much at once, spin a tool, pass through a tool or let it in between nodes, touch
+    a tool past its open end, meet the mirror image of a tool, or pass through itself.
     """
     _refuse_runaway(iterate)
     _refuse_strained(iterate)
@@ -121,7 +122,7 @@ def _refuse_between(iterate: Iterate) -> None:
 
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
-    """Refuse tools that are deep in an edge no weighted mean of which touches them, as at a corner."""
+    """Refuse tools deep in an edge of which no node is in a weighted mean that touches them, as at a corner."""
     increment, contacts = iterate.increment, iterate.increment.system.candidates
     nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
     carrying, weights = carries(r), abs(contacts.means.weights)
@@ -135,9 +136,8 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
         found = np.flatnonzero(deep & ~felt[edges].any(axis=1))
         if len(found):
             said = f"tools[{k}] is {depth[found[0]]:.2g} deep in an edge at node {edges[found[0], 0]} and feels nothing"
-            raise Refused(
-                said, "Refine the boundary there, or meet it at its nodes (Sampling.NODES) if its element allows that."
-            )
+            advice = "Refine the boundary there, or meet it at its nodes (Sampling.NODES) if its element allows that."
+            raise Refused(said, advice)
 
 
 def _refuse_image(iterate: Iterate) -> None:

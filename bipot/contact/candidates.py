@@ -1,16 +1,16 @@
 r"""From geometry to affine contact operators: the only module that knows what touches what.
 
-For the increment dU (free displacements, and coordinates of tools that are driven) of one step, per candidate c,
-a point of the boundary (:mod:`bipot.contact.sampling`),
+With dU the unknowns of an increment (free displacements, and coordinates of driven tools), every candidate c, a point
+of the boundary (:mod:`bipot.contact.sampling`), has
 
     gap at the end        g + G_n dU         (n,)      with g = gap at the start against the end of the tool's path,
     relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion along it,
 
 both relative to the tool, in its frame (:func:`bipot.tools.surfaces.frames`): n from the tool into the body,
-t = (n_y, -n_x). Dual to them are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free
-and the tool has friction. The rows of flat tools are constant in an increment. Those of curved tools are linearised at
-the :class:`~bipot.tools.meeting.Meeting` of the iterate, and means average the rows of their nodes
-(:mod:`bipot.tools.parts`).
+t = (n_y, -n_x), in space two tangents. Dual to them are the contact *forces* (r_n, r_t). Friction rows exist only where
+the tangent is free and the tool has friction. The rows of flat tools are constant in an increment. Those of curved
+tools are linearised at the :class:`~bipot.tools.meeting.Meeting` of the iterate, and means average the rows of their
+nodes (:mod:`bipot.tools.parts`).
 
 :mod:`bipot.contact.closeness` defines what counts as closed.
 """
@@ -46,10 +46,10 @@ REACH = 10.0
 class Candidates:
     """Points that may touch a tool, tool by tool: ``node``, ``tool``, coefficient ``mu``, and ``shear``, m or inf (c,).
 
-    ``means`` gives their nodes. Those of the tools' ``points`` that may move are candidates; ``number`` holds, tool by
-    tool, the candidate (p,) of each point, -1 where it is none. ``tangent_free`` (c,) marks those with friction: a node
-    of theirs may move along the tangent, and no symmetry makes slip and shear zero. ``tangent_held`` (c,) marks those
-    whose nodes are all held by supports along the tangent.
+    They are ``means`` of nodes, and those of the tools' ``points`` that may move; ``number`` has, tool by tool, the
+    candidate (p,) of each point, or -1. ``tangent_free`` (c,) marks those that may have friction: a node of theirs may
+    move along a tangent, and symmetry does not make slip and shear zero. ``tangent_held`` (c,) marks those of which
+    supports hold all nodes along the tangents.
     """
 
     scene: Scene
@@ -66,15 +66,15 @@ class Candidates:
 
     @cached_property
     def capped(self) -> bool:
-        """Whether the shear yield stress caps the friction of any (:mod:`bipot.contact.shear`)."""
+        """Whether the shear yield stress caps the friction of any candidate (:mod:`bipot.contact.shear`)."""
         return bool(np.isfinite(self.shear).any())
 
     @cached_property
     def share(self) -> Floats:
-        """What part (c,) of points of the whole body they are: less than one in planes of symmetry."""
+        """The part (c,) that each candidate is of a point of the whole body: less than one in planes of symmetry."""
         out = np.empty(len(self.node))
-        for k, (own, number) in enumerate(zip(self.points, self.number, strict=True)):
-            out[number[number >= 0]] = shares(self.scene, k, own)[number >= 0]
+        for k, (points, number) in enumerate(zip(self.points, self.number, strict=True)):
+            out[number[number >= 0]] = shares(self.scene, k, points)[number >= 0]
         return out
 
     @cached_property
@@ -90,12 +90,12 @@ class Candidates:
 
     @cached_property
     def parts(self) -> Parts:
-        """What tools meet: the candidates themselves if all tools are flat, otherwise the nodes of their means."""
+        """What tools meet: the nodes of means if there are any and a tool is curved, otherwise the candidates."""
         return self.means.parts(self._reference) if self.curved and self.weighted else Parts.whole(self.means.count)
 
     @cached_property
     def met(self) -> Means:
-        """The means of nodes that the w parts are: nodes one by one where they are not the candidates themselves."""
+        """The w parts as means of nodes: the candidates themselves, or their nodes one by one."""
         return self.means if self.parts.single else self.means.apart()
 
     @cached_property
@@ -106,25 +106,25 @@ class Candidates:
         for mine, tool in zip(self.owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
         found = frames(normal)
-        # By the way of points to a curved tool slips along what is held are round-off, not zero.
-        turns = x.shape[1] == 3 and not self.curved
-        return along_what_is_held(found, self.means, self.scene.holding) if turns else found
+        # At curved tools slips along held directions are zero only to round-off, so that turned tangents are no use.
+        useful = x.shape[1] == 3 and not self.curved
+        return along_what_is_held(found, self.means, self.scene.holding) if useful else found
 
     @cached_property
     def frames(self) -> Floats:
-        """Derivatives (w, d, d) of gap and slip by the parts' places at rest: of flat tools normal and tangent."""
+        """Derivatives (w, d, d) of gap and slip by the parts' places, at rest; at flat tools normal and tangents."""
         return self.faces.slopes(self.met.places(self.scene.mesh.nodes), self.scene.at_rest)
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
-        """Those of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p)."""
+        """The same (w, d, d) for ``nodes`` (a, d) at tools in the poses ``placed`` (k, p)."""
         return self.faces.slopes(self.met.places(nodes), placed) if self.curved else self.frames
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
-        """Gap (c,) of ``nodes`` (a, d) to the tools in the poses ``placed`` (k, p), good to its round-off."""
+        """Gap (c,) for ``nodes`` (a, d) to the tools in the poses ``placed`` (k, p), to the round-off of places."""
         return self.faces.distance(self.met.places(nodes), placed)
 
     def reached(self, gap: Floats) -> Bools:
-        """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end if the body rests."""
+        """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end of an increment if the body rests."""
         near = self.owned & (gap <= REACH * self.scene.size)
         return np.asarray(near.any(axis=1))
 
@@ -136,8 +136,8 @@ class Candidates:
         """
         lengths, near = norm(travel), self.reached(gap)
         for k in np.flatnonzero(self.scene.turning & near).tolist():
-            own = self.parts.first[self.owned[k]]
-            lengths[k] += norm(swept[own[np.argmin(gap[self.owned[k]])]])
+            first = self.parts.first[self.owned[k]]
+            lengths[k] += norm(swept[first[np.argmin(gap[self.owned[k]])]])
         return float(lengths[near].max(initial=0.0))
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
@@ -145,11 +145,11 @@ class Candidates:
         return einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
     def sums(self, vectors: Floats) -> Floats:
-        """Sums (k, d) of vectors (w, d) over what each tool meets: of contact forces those of the tools on the body."""
+        """Sums (k, d) of vectors (w, d) over each tool's parts: for contact forces the tools' forces on the body."""
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
-        """Contact forces r (c, d) on the free unknowns (n,), whatever the friction.
+        """Contact forces r (c, d) as forces on the unknowns (n,), tangential ones also where there is no friction.
 
         The ``nodes`` (a, d) are at tools in the poses ``placed`` (k, p).
         """
@@ -168,9 +168,9 @@ class Candidates:
         return Bent.of(self.scene.mesh, node, shaped[self.tool[self.parts.owner]])
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
-        """Derivatives (b u u,) of contact forces r (c, d) by the coordinates of curved tools that are driven.
+        """Derivatives (b u u,) of contact forces r (c, d) that involve the coordinates of curved tools that are driven.
 
-        Entries in the order of the space, behind those of elements; to be subtracted.
+        They are to be subtracted; in the order of the space they come after the entries of elements.
         """
         node = np.asarray(self.met.weights.indices, np.intp)
         return self._pairs.matrices(self.tool[self.parts.owner], node, meeting, self.parts.spread(r)).ravel()
@@ -180,23 +180,22 @@ class Candidates:
         return pairs_of(self.scene)
 
     def driven_sums(self, values: Floats) -> Floats:
-        """Sums (m,) of values (c,) over the candidates of the tool of each coordinate that is driven."""
+        """For each driven coordinate, the sum (m,) of values (c,) over the candidates of its tool."""
         return self.owned[self.scene.drives.tool] @ values
 
     @cached_property
     def held(self) -> tuple[Ints, ...]:
-        """Tool by tool, the nodes (h,) of its boundaries that cannot move along its normal, nor it against them.
+        """Tool by tool, the nodes (h,) of its boundaries of which nothing can change the gap.
 
-        Supports hold them, and neither force nor moment moves the tool along that.
+        Supports hold them along the tool's normal, and no force or moment drives the tool along it.
         """
         nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
-        moving = [movable(self.scene, k, own)[:, 0] for k, own in enumerate(nodes)]
-        return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
+        return tuple(those[~movable(self.scene, k, those)[:, 0]] for k, those in enumerate(nodes))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
-        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (w, d) of parts.
+        """Motion (c, d) of tools along their paths, in their frames, relative to the ``driven`` motion (w, d) of parts.
 
-        A component that is round-off of zero is zero: no tool slides before it presses.
+        Components that are round-off of zero are set to zero, so that a tool that only presses does not slide.
         """
         tool = self.tool[self.parts.owner]
         moved = np.vecdot(self.frames, (travel[tool] - driven)[:, None])
@@ -213,13 +212,13 @@ class Candidates:
         return self._rows(closed, self._resting, motion)
 
     def linearised(self, closed: Bools, meeting: Meeting, x: Floats) -> ContactRows:
-        """Those of an increment that starts with some ``closed`` (c,), exact at x (n,) with its ``meeting``."""
+        """Operators of an increment that starts with some ``closed`` (c,), exact at x (n,) with its ``meeting``."""
         operators = self._matrices(meeting.frames, meeting.arm)
         motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
         return self._rows(closed, operators, motion)
 
     def _rows(self, closed: Bools, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
-        """Rows with the ``motion`` (c, d) of no displacement."""
+        """Rows with the ``motion`` (c, d) at zero displacement."""
         (normal_rows, tangent_rows), mu = operators, self.mu
         tied = self.welded & closed
         acts = np.isfinite(mu) | np.isfinite(self.shear)
@@ -236,7 +235,7 @@ class Candidates:
         )
 
     def _slipping(self, tangents: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
-        """The chosen rows; of flat tools those of the last increment, where no weld took hold since."""
+        """The chosen rows; at flat tools the last ones are used again as long as the choice is the same."""
         if self.curved:
             return rows_of(tangents, chosen)
         key = chosen.tobytes()
@@ -251,7 +250,7 @@ class Candidates:
 
     @cached_property
     def weighted(self) -> bool:
-        """Whether any is a mean of several nodes."""
+        """Whether any candidate is a mean of several nodes."""
         return any(points.weighted for points in self.points)
 
     @cached_property
@@ -261,7 +260,7 @@ class Candidates:
 
     @cached_property
     def owned(self) -> Bools:
-        """Whether the candidate is the tool's (k, c)."""
+        """Which candidates belong to each tool (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
 
     @cached_property
@@ -276,7 +275,7 @@ class Candidates:
     def _matrices(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate by ``frames`` (w, d, d) of parts, at ``arm`` (w, d).
 
-        Rows with turning normals store zeros too, so they have the same entries at all iterates.
+        With curved tools zeros are stored too, so that the rows have the same entries at all iterates.
         """
         normal, tangents = self._operators.matrices(frames, arm, self.parts)
         return (normal, tangents) if self.curved else (without_zeros(normal), without_zeros(tangents))

@@ -1,10 +1,11 @@
-"""Which points of the tools' boundaries are candidates: those where a node or the tool can move along the normal."""
+"""The choice of candidates: points of the tools' boundaries where a node or the tool can move along the normal."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 import numpy as np
+import scipy.sparse as sp
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.means import Means
@@ -17,31 +18,34 @@ from bipot.typing import Floats, Ints
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
-    """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
+    """Points of every tool that can move along its normal, or against which it can; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
-    ways = [moving(scene, k, own) for k, own in enumerate(found)]
-    chosen = [moves[:, 0] for moves in ways]
-    rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
-    none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]
-    for tool, own, moves in zip(scene.tools, found, chosen, strict=True):
-        mu.append(_by_node(tool.mu_at, tool.mu, own.node[moves]))
-        shear.append(_by_node(tool.shear_at, tool.shear, own.node[moves]))
-    counts = np.array([moves.sum() for moves in chosen], np.intp)
-    first = np.cumsum(counts) - counts
-    weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
-    within = [rest.within[own] for rest, own in zip(rests, chosen, strict=True)]
-    slides = np.concatenate([none, *(moves[own, 1:].any(axis=1) for moves, own in zip(ways, chosen, strict=True))])
-    still = np.concatenate([none, *(rest.still[own] for rest, own in zip(rests, chosen, strict=True))])
+    number, weights, within, first = list[Ints](), list[sp.csr_matrix](), list[Floats](), 0
+    node, owner, mu, shear = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty(0)], [np.empty(0)]
+    slides, still = [np.empty(0, dtype=bool)], [np.empty(0, dtype=bool)]
+    for k, (tool, at) in enumerate(zip(scene.tools, found, strict=True)):
+        moves, mirror = moving(scene, k, at), mirrored(scene, k, at)
+        chosen = moves[:, 0]
+        number.append(np.where(chosen, np.cumsum(chosen) - 1 + first, -1))
+        first += int(chosen.sum())
+        weights.append(rows_of(at.weights, chosen))
+        within.append(mirror.within[chosen])
+        node.append(at.node[chosen])
+        owner.append(np.full(len(node[-1]), k))
+        mu.append(_by_node(tool.mu_at, tool.mu, node[-1]))
+        shear.append(_by_node(tool.shear_at, tool.shear, node[-1]))
+        slides.append(np.asarray(moves[chosen, 1:].any(axis=1)))
+        still.append(mirror.still[chosen])
     return Candidates(
         scene=scene,
         space=space,
         points=found,
-        number=tuple(np.where(m, np.cumsum(m) - 1 + at, -1) for m, at in zip(chosen, first.tolist(), strict=True)),
+        number=tuple(number),
         means=Means.of(len(scene.mesh.nodes), weights, within),
-        node=np.concatenate([np.empty(0, np.intp), *(own.node[m] for own, m in zip(found, chosen, strict=True))]),
-        tool=np.repeat(np.arange(len(found)), counts),
-        tangent_free=slides & ~still,
-        tangent_held=~slides,
+        node=np.concatenate(node),
+        tool=np.concatenate(owner),
+        tangent_free=np.concatenate(slides) & ~np.concatenate(still),
+        tangent_held=~np.concatenate(slides),
         mu=np.concatenate(mu),
         shear=np.concatenate(shear),
     )

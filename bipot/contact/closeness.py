@@ -1,13 +1,13 @@
 """Which candidates count as closed, and which as near.
 
-A candidate is *closed* where it carries a force (:func:`carries`) or has no gap (:func:`touches`). The criterion
-depends on its use:
+A candidate may be closed because it carries a force (:func:`carries`) or because it has no gap (:func:`touches`). The
+criterion depends on its use:
 
 * force alone for tractions and landings, because a point that touches without a force has no traction and has not
   landed;
-* either one for what holds the body in place, because a point that touches without a force still prevents a motion;
-* either one at the start of an increment, where welds hold or form and slips begin (:func:`closed`): a point that
-  touches without a force is in touch, and so is one that bears a force across the gap that a solver leaves.
+* force or gap for what holds the body in place, because a point that touches without a force still prevents a motion;
+* at the start of an increment, where welds hold or form and slips begin, no gap, or a force and no more gap than a
+  solver leaves (:func:`closed`).
 
 The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a solution, not statements about one.
 """
@@ -41,22 +41,22 @@ def carries(r: Floats, noise: float = 0.0) -> Bools:
 
 
 def touches(gap: Floats, size: float) -> Bools:
-    """Which gaps (c,) count as closed in a body of ``size``, that of the whole: of half of it as many do."""
+    """Which gaps (c,) count as closed, by the ``size`` of the whole body, so that half a model says the same."""
     return gap <= TOUCHES * size
 
 
 def closed(gap: Floats, r: Floats, size: float) -> Bools:
     """Which candidates (c,) with the gaps (c,) and contact forces r (c, d) of one state are in touch.
 
-    A weld that pulls is. ``size`` is as in :func:`touches`.
+    A weld that pulls is in touch, too. ``size`` is as in :func:`touches`.
     """
     return touches(gap, size) | ((norm(r) > force_threshold(r)) & (gap <= LEFT * size))
 
 
 def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
-    """Candidates (c,) near their tool, by the ``length`` of the increment, at its displacement x (n,), and those tied.
+    """Candidates (c,) that are tied, or near their tool at the displacement x (n,), by the ``length`` of the increment.
 
-    At least one where there is any, so that programs have contact rows: an open one changes nothing.
+    At least one if there is any, so that programs have contact rows: a row that stays open changes nothing.
     """
     gap = rows.gap + rows.G_n @ x
     return (gap <= max(NEAR * length, float(gap.min(initial=np.inf)))) | rows.tied

@@ -1,18 +1,19 @@
-r"""The change of contact forces as nodes move along curved tools, and with the coordinates of those that are driven.
+r"""The change of contact forces as nodes move along curved tools, and with the coordinates of driven tools.
 
 A node pushed by the vector f, whose derivative by its own position is the B of :mod:`bipot.tools.meeting`, exerts -f
 on its tool. The force dual to a coordinate x_i of the tool is then -f . w_i, with w_i and 1/L_i of
-:mod:`bipot.scene.drives`. The normal turns as the two pass each other; in addition the vector and its arm turn with the
+:mod:`bipot.scene.drives`. The normal turns as node and tool pass each other; in addition f and its arm turn with the
 tool:
 
     d f / d x_j = -B w_j + (z x f) / L_j,
     d (-f . w_i) / d x_j = -(d f / d x_j) . w_i + f . (z x e_j) / L_i,
     d (-f . w_i) / d x = -w_i' B + (z x f) / L_i,
 
-with e_j the direction of x_j if a force drives it, and x the node's position. In a plane the matrix is symmetric,
-because it has a potential (friction f is frozen here). In space frames do not turn with the tool about their normals n
-but are transported with these (:mod:`bipot.tools.slips`): with s of :func:`~bipot.tools.slips.spin`, the friction
-r_1 t_1 + r_2 t_2 lags behind the tool by the rate z . n - s . (z x n) along r_1 t_2 - r_2 t_1.
+with z the axis of the tool's turn, e_j the direction of x_j if a force drives it, and x the node's position. In a plane
+the matrix is symmetric, because the forces have a potential (friction is frozen here). In space frames do not turn with
+the tool about their normals n but are transported with these (:mod:`bipot.tools.slips`): with s of
+:func:`~bipot.tools.slips.spin`, the friction r_1 t_1 + r_2 t_2 lags behind the tool by the rate z . n - s . (z x n)
+along r_1 t_2 - r_2 t_1.
 """
 
 from __future__ import annotations
@@ -28,14 +29,14 @@ from bipot.tools.poses import angles_of, crossed
 from bipot.typing import Bools, Floats, Ints, einsum
 
 MOST = 2
-"""Coordinates of one tool: along a force, and about a centre."""
+"""The most coordinates of one tool: along a force, and about a centre."""
 
 
 @dataclass(frozen=True)
 class Pairs:
     """The coupling of the unknowns of b pairs of a node and a driven curved tool of the ``scene``.
 
-    ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none.
+    They are sorted by ``tool`` (b,), then ``node`` (b,); ``number`` (b, 2) are the tool's coordinates, -1 for none.
     """
 
     scene: Scene
@@ -45,14 +46,14 @@ class Pairs:
 
     @property
     def unknowns(self) -> Ints:
-        """Full numbers (b, d + 2) of the unknowns, those of tools behind the nodes'; -1 for none."""
+        """Numbers (b, d + 2) among all unknowns, held ones included, tools' after nodes'; -1 for none."""
         driven, d = np.where(self.number >= 0, self.scene.mesh.nodes.size + self.number, -1), self.scene.mesh.dimension
         return np.column_stack([d * self.node[:, None] + np.arange(d), driven])
 
     def matrices(self, tool: Ints, node: Ints, meeting: Meeting, r: Floats) -> Floats:
         """The matrices (b, d + 2, d + 2) to be subtracted from the stiffness, without the part of the nodes alone.
 
-        They are those of parts at a ``tool`` and a ``node`` (w,), of their ``meeting`` and the forces r (w, d) on them.
+        They are made of parts at ``tool`` and ``node`` (w,), their ``meeting`` and the forces r (w, d) on them.
         """
         d = self.scene.mesh.dimension
         out = np.zeros((len(self.node), d + MOST, d + MOST))
@@ -77,7 +78,7 @@ class Pairs:
         return out
 
     def _along(self, pair: Ints, vectors: Floats) -> Floats:
-        """Vectors (m, 2, d) of pairs (m,) by the unknowns of their nodes: components along these nodes' own axes."""
+        """Vectors (m, 2, d) of each ``pair`` (m,) by the unknowns of its node: components along the node's axes."""
         axes, nodes = self.scene.holding.axes, self.node[pair]
         return np.stack([axes.at(nodes, vectors[:, a]) for a in range(MOST)], axis=1)
 
@@ -86,23 +87,23 @@ class Pairs:
 
 
 def pairs_of(scene: Scene) -> Pairs:
-    """The pairs of a scene: nodes of the tools' boundaries."""
+    """The pairs of a scene: driven curved tools with the nodes of their boundaries."""
     tools, nodes, numbers = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty((0, MOST), np.intp)]
     for k, tool in enumerate(scene.tools):
-        own = np.flatnonzero(scene.drives.tool == k)
-        if len(own) and not tool.flat:
+        coordinates = np.flatnonzero(scene.drives.tool == k)
+        if len(coordinates) and not tool.flat:
             nodes.append(np.unique(scene.mesh.boundary_nodes(*tool.candidates)))
             tools.append(np.full(len(nodes[-1]), k))
-            padded = np.concatenate([own, np.full(MOST - len(own), -1)])
+            padded = np.pad(coordinates, (0, MOST - len(coordinates)), constant_values=-1)
             numbers.append(np.broadcast_to(padded, (len(nodes[-1]), MOST)))
     return Pairs(scene, np.concatenate(tools), np.concatenate(nodes), np.concatenate(numbers))
 
 
 @dataclass(frozen=True)
 class Bent:
-    """The ``parts`` (b,) at curved tools, an ``element`` (b,) of each one's node, and its unknowns ``dofs`` (b, d).
+    """The ``parts`` (b,) at curved tools, an ``element`` (b,) of each one's node, and the node's ``dofs`` (b, d) in it.
 
-    Any element of the node will do, because elements are summed. Of driven tools :class:`Pairs` have the rest.
+    Any element of the node will do, because elements are summed. The coordinates of driven tools are in :class:`Pairs`.
     """
 
     parts: Ints
@@ -111,7 +112,7 @@ class Bent:
 
     @staticmethod
     def of(mesh: Mesh, node: Ints, curved: Bools) -> Bent:
-        """Those of parts at these nodes (w,), of which some are at ``curved`` (w,) tools."""
+        """Those parts of the nodes ``node`` (w,) that are at ``curved`` (w,) tools."""
         parts = np.flatnonzero(curved)
         _, first = np.unique(mesh.elements, return_index=True)
         element, local = np.divmod(first[node[parts]], mesh.elements.shape[1])

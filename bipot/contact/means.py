@@ -1,12 +1,12 @@
-"""Contact candidates as means of nodes: their positions and motions, and the forces on nodes by forces on them.
+"""Contact candidates as means of nodes: their positions and motions, and the nodal forces of forces on them.
 
-A mean that continues beyond planes of symmetry is that of the whole body: its motion along their normals is cancelled
-by that of its mirror image. In a plane problem such a point does not slip, and in space it slips along the planes only.
-The projection ``within`` of its motion is the product of P = I - s s' over the planes, with unit normals s.
+A mean that continues beyond planes of symmetry is one of the whole body: its motion along the planes' normals is
+cancelled by its mirror image. In a plane problem such a point does not slip, and in space it slips along the planes
+only. The projection ``within`` of its motion is the product of P = I - s s' over the planes, with unit normals s.
 
-Rows of candidates along their normals or tangents are by the unknowns of an increment. The nodes and driven tools in a
-row do not change as bodies and tools move: the matrix of another iterate has the same entries, found once, with other
-values.
+Rows give the motion of candidates along their normals or tangents by the unknowns of an increment. The nodes and driven
+tools in a row do not change as bodies and tools move: the matrices of all iterates have the same entries, found once,
+with different values.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Means:
 
     @staticmethod
     def of(nodes: int, weights: Sequence[sp.csr_matrix], within: Sequence[Floats]) -> Means:
-        """Those with all these ``weights`` of a mesh of so many ``nodes``, one behind the other, and ``within``."""
+        """All these ``weights`` and ``within`` one after the other, in a mesh with this number of ``nodes``."""
         every = sp.csr_matrix(sp.vstack([sp.csr_matrix((0, nodes)), *weights]))
         mirrored = any((P != np.eye(P.shape[-1])).any() for P in within)
         return Means(every, np.concatenate(within) if mirrored else None)
@@ -47,7 +47,7 @@ class Means:
         return int(self.weights.get_shape()[0])
 
     def places(self, nodes: Floats) -> Floats:
-        """The candidates' positions (c, d) for nodes (a, d), by the modelled part of the body."""
+        """The candidates' positions (c, d) for nodes (a, d), in means over the modelled part of the body."""
         return np.asarray(self.weights @ nodes)
 
     def motion(self, nodal: Floats) -> Floats:
@@ -67,17 +67,17 @@ class Means:
 
     @cached_property
     def owner(self) -> Ints:
-        """Entry by entry of the weights the candidate (w,)."""
+        """The candidate (w,) of each entry of the weights."""
         return np.repeat(np.arange(self.count), np.diff(self.weights.indptr))
 
     def apart(self) -> Means:
-        """The nodes (w,) of these means one by one, entry by entry of the weights."""
+        """The nodes (w,) of these means one by one, in the order of the weights' entries."""
         count = len(self.owner)
         entries = np.ones(count), self.weights.indices, np.arange(count + 1)
         return Means(sp.csr_matrix(entries, (count, self.weights.get_shape()[1])))
 
     def parts(self, frames: Floats) -> Parts:
-        """How those of :meth:`apart` make up these; symmetry leaves slips by the tangents of ``frames`` (c, d, d)."""
+        """How the nodes of :meth:`apart` make up these means, with slips along the tangents of ``frames`` (c, d, d)."""
         tangents = frames[:, 1:]
         within = None if self.within is None else tangents @ self.within @ tangents.swapaxes(1, 2)
         return Parts(self.count, self.owner, np.asarray(self.weights.data, np.float64), within)
@@ -90,12 +90,12 @@ class Means:
 
 @dataclass(frozen=True, kw_only=True)
 class Operator:
-    """Rows sum_k D_k direction_k . (dU_k - dU_tool) of m candidates with ``weights`` D, each entry of its direction.
+    """Rows sum_k D_k direction_k . (dU_k - dU_tool) of m candidates, with ``weights`` D and a direction per entry of D.
 
-    By the unknowns (n,) of the ``space``: held nodes and what paths prescribe of tools are apart. Coordinate by
-    coordinate of the tools that ``drives`` move, ``coordinate`` (l,) is which a row sees; of these l the sums are over
-    the entries ``seen`` (s,), each the part of an ``led`` (s,). Of w d + l entries ``chosen`` (z,) are those of the
-    matrix, row by row as ``indices`` (z,) and ``indptr`` (m + 1,) say.
+    Columns are the unknowns (n,) of the ``space``; held nodes and tools' paths are not among them. A row has an entry
+    for each coordinate of its tool that ``drives`` move: l in all, for ``coordinate`` (l,). Such an entry sums over the
+    row's entries of D: ``seen`` (s,) are these, and ``led`` (s,) is which of the l each belongs to. Of all w d + l
+    entries ``chosen`` (z,) are those of the matrix, in rows by ``indices`` (z,) and ``indptr`` (m + 1,).
     """
 
     space: Space
@@ -110,7 +110,7 @@ class Operator:
 
     @staticmethod
     def of(space: Space, drives: Drives, means: Means, sees: Bools) -> Operator:
-        """That of m ``means``; ``sees`` (u, m) says whose tool has which coordinate."""
+        """The operator of m ``means``; ``sees`` (u, m) says which of u coordinates move the tool of which mean."""
         weights, m, d = means.weights, means.count, space.mesh.dimension
         coordinate, rows = np.nonzero(sees)
         row = np.concatenate([np.repeat(means.owner, d), rows])
@@ -131,7 +131,7 @@ class Operator:
         )
 
     def matrix(self, direction: Floats, arm: Floats) -> sp.csr_matrix:
-        """Rows (m, n) along ``direction`` (w, d), of tools seen at ``arm`` (w, d); zeros are entries like others."""
+        """Rows (m, n) along ``direction`` (w, d), with the ``arm`` (w, d) on the tool; zeros are stored like others."""
         data, seen = self.weights.data, self.seen
         gone = self.drives.motion(self.coordinate[self.led], arm[seen])
         by_tool = -np.bincount(self.led, data[seen] * np.vecdot(direction[seen], gone), len(self.coordinate))
@@ -144,9 +144,9 @@ class Operator:
 
 @dataclass(frozen=True)
 class Operators:
-    """Those along the normals of c candidates, and along their tangents, candidate by candidate.
+    """Operators along the normals of c candidates, and along their tangents, candidate by candidate.
 
-    Entry by entry of the weights of ``tangents``, ``entry`` (z,) is that of the candidate, ``tangent`` (z,) which one.
+    Entry by entry of the weights of ``tangents``, ``entry`` (z,) is that of ``means`` and ``tangent`` (z,) its number.
     """
 
     means: Means
@@ -157,7 +157,7 @@ class Operators:
 
     @staticmethod
     def of(space: Space, drives: Drives, means: Means, sees: Bools) -> Operators:
-        """Those of candidates that are c ``means``; ``sees`` (u, c) says whose tool has which coordinate."""
+        """The operators of candidates that are c ``means``; for ``sees`` (u, c) see :meth:`Operator.of`."""
         tangents = space.mesh.dimension - 1
         across = np.repeat(np.arange(means.count), tangents)
         repeated = Means(sp.csr_matrix(means.weights[across]))
@@ -170,9 +170,9 @@ class Operators:
         )
 
     def matrices(self, frames: Floats, arm: Floats, parts: Parts) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Normal rows (c, n) and tangential ones (c (d - 1), n) of ``parts`` in ``frames`` (w, d, d), seen at ``arm``.
+        """Normal rows (c, n) and tangential ones (c (d - 1), n) by the parts' ``frames`` (w, d, d) and ``arm`` (w, d).
 
-        Where parts are the candidates themselves, of which one is a mean, its nodes go along the same.
+        Where parts are the candidates themselves, all nodes of a mean have its frame.
         """
         if parts.single:
             kept = [self.means.kept(along) for along in frames.swapaxes(0, 1)]
@@ -184,13 +184,13 @@ class Operators:
 
 
 def _entries(weights: sp.csr_matrix, rows: Ints) -> Ints:
-    """The entries of these ``rows``, one row after the other."""
+    """The entries of the ``rows``, one row after the other."""
     first, count = weights.indptr[rows], np.diff(weights.indptr)[rows]
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)
 
 
 def without_zeros(matrix: sp.csr_matrix) -> sp.csr_matrix:
-    """The same without the entries that are zero."""
+    """The ``matrix`` without stored zeros."""
     out = matrix.copy()
     out.eliminate_zeros()
     return out

@@ -1,11 +1,11 @@
 r"""Which points of a tool's boundaries can move along its normal and tangent, and where symmetry forbids slip.
 
-In space tangents may be rotated about the normal arbitrarily. Where supports or planes of symmetry hold a single
-direction z of a point's motion in the tangent plane, friction along z acts on no unknown, and its distribution between
-tool and support is not determined. With one tangent along z and the other across it, the first has no row, whatever the
-axes of the supports are, and carries nothing.
+In space the two tangents may be rotated about the normal. Where supports or planes of symmetry hold a single direction
+z of a point's motion in the tangent plane, friction along z acts on no unknown, and its distribution between tool and
+support is not determined. With one tangent along z and the other across it, the first has no row, whatever the axes of
+the supports are, and carries nothing.
 
-This applies to flat tools. Slips on curved tools follow the motion of points relative to them, and along z are zero up
+This applies to flat tools. Slips on curved tools follow the motion of points relative to them and are zero along z only
 to round-off.
 
 With P_a the projections on the free motions of the nodes, and S the projection of their mean by planes of symmetry, z
@@ -31,14 +31,14 @@ from bipot.typing import Bools, Floats, Ints, Vector, einsum
 RADIAL: Vector = (1.0, 0.0)
 
 ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
-"""Angles of turn (radians): only a surface around its centre is mapped to itself by all of them."""
+"""Angles of turn (radians): only a surface of revolution about the turn's axis is mapped to itself by all of them."""
 
 HELD = 1e-12
-"""Over the largest: what is left along a direction that is held, but for round-off; a turn of tangents does no harm."""
+"""Eigenvalues below this part of the largest entry are zero; tangents that are turned needlessly do no harm."""
 
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
-    """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
+    """Whether a node of each point (p, d), or the tool of that ``number``, can move, as in :func:`movable`."""
     owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
     out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
     np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
@@ -46,7 +46,7 @@ def moving(scene: Scene, number: int, own: Points) -> Bools:
 
 
 class Mirrored(NamedTuple):
-    """Where slip and shear of points (p,) are zero, ``still``, and the projection ``within`` (p, d, d) of motions.
+    """The points (p,) that are ``still``, with slip and shear zero, and the projection ``within`` (p, d, d) of motions.
 
     The projection is the identity for nodes, which supports hold, and in a plane, where slip is either free or zero.
     """
@@ -58,9 +58,9 @@ class Mirrored(NamedTuple):
 def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
     """Where symmetry forbids points (p,) of the tool of that ``number`` to slip, and how their means may still move.
 
-    It does where half of a mean is beyond a plane of symmetry or an axis: there the body slips in the opposite
-    direction. A point whose mean stops at the plane has a mirror image of its own, and so has every mean at a tool that
-    is not its own mirror image.
+    Symmetry does so where half of a mean is beyond a plane of symmetry or an axis, where the body slips in the opposite
+    direction. A point whose mean stops at the plane has a mirror image instead, and so has every mean at a tool that is
+    not its own mirror image.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
     within = np.tile(np.eye(d), (len(own.node), 1, 1))
@@ -77,11 +77,11 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
 
 
 def shares(scene: Scene, number: int, own: Points) -> Floats:
-    """What part (p,) those modelled are of the whole body's points of the tool of that ``number``.
+    """The part (p,) that each point is of a point of the whole body, at the tool of that ``number``.
 
-    It is a half in each plane of symmetry that cuts the tool, but for a mean that stops there: its mirror image is
-    another point. A point in another plane touches the tool's mirror image, too, and the tool alone on the modelled
-    part.
+    It is halved by each plane of symmetry through the point that cuts the tool, unless its mean stops there and its
+    mirror image is another point. In a plane that does not cut the tool, the mirror image of the tool touches the point
+    from beyond, and the tool itself acts on the modelled part alone.
     """
     out, x = np.ones(len(own.node)), scene.mesh.nodes[own.node]
     for plane in scene.planes:
@@ -105,9 +105,9 @@ def _goes_on(scene: Scene, own: Points, there: Bools, normal: Vector) -> Bools:
 
 
 def _stays(scene: Scene, number: int, own: Points, normal: Vector) -> bool:
-    """Whether what the tool of that ``number`` meets in the plane of that normal, or the axis, goes along that alone.
+    """Whether points at the tool of that ``number``, in the plane of that normal or on the axis, move along it only.
 
-    Nodes do at a flat tool; a mean does where the tool is its own mirror image, for another meets one half only.
+    Nodes do at a flat tool; a mean does if the tool is its own mirror image, because another tool meets only one half.
     """
     tool = scene.tools[number]
     return (tool.flat and not own.weighted) or any(
@@ -118,9 +118,9 @@ def _stays(scene: Scene, number: int, own: Points, normal: Vector) -> bool:
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
-    A turning normal may take any direction, and so may a tangent, unless neither the tool nor a support ever moves
-    along what is held. A driven curved tool moves along normal and tangent against fully held nodes if its drive ever
-    changes its gap to them: at rest it may be off them, or pass them along their tangent.
+    At a curved tool the normal may turn to any direction, and so may a tangent, unless neither the tool nor a support
+    ever moves along what is held. A driven curved tool moves along normal and tangent against fully held nodes if its
+    drive ever changes its gap to them: at rest it may be apart from them, or move along their tangent.
     """
     tool, holding = scene.tools[number], scene.holding
     along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
@@ -138,10 +138,10 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
 
 
 def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
-    """What points at nodes (a,) of the tool of that ``number`` go by (m, a, d) as what drives it does, at rest."""
+    """Motion (m, a, d) of the tool of that ``number`` at nodes (a,) by each of its driven coordinates, at rest."""
     drives, x = scene.drives, scene.mesh.nodes[nodes]
-    own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
-    return drives.motion(np.repeat(own[:, None], len(x), axis=1), np.broadcast_to(arm, (len(own), *x.shape)))
+    driven, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
+    return drives.motion(np.repeat(driven[:, None], len(x), axis=1), np.broadcast_to(arm, (len(driven), *x.shape)))
 
 
 def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
@@ -161,7 +161,8 @@ def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
     """Normal and tangents (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
 
-    In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
+    In a plane of symmetry that cuts a curved tool the normal is made to lie in the plane exactly: the tool's place is
+    only good to round-off.
     """
     tool, x = scene.tools[number], scene.mesh.nodes[nodes]
     normal = np.array(tool.face.distance(x).normal)
@@ -173,12 +174,12 @@ def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
 
 
 def along_what_is_held(frames: Floats, means: Means, holding: Holding) -> Floats:
-    """The ``frames`` (c, 3, 3), turned about their normals where they are not along what is held, and something is."""
+    """The ``frames`` (c, 3, 3), turned so that a tangent is along a single direction that is held, if there is one."""
     tangents = frames[:, 1:]
     left = einsum("cij,cjk,clk->cil", tangents, _left(means, holding), tangents)
     size, ways = np.linalg.eigh(left)
-    largest = np.abs(left).max(axis=(1, 2))
-    turns = (size[:, 0] <= HELD * largest) & (size[:, 1] > HELD * largest) & (np.abs(left[:, 0, 1]) > HELD * largest)
+    least = HELD * np.abs(left).max(axis=(1, 2))
+    turns = (size[:, 0] <= least) & (size[:, 1] > least) & (np.abs(left[:, 0, 1]) > least)
     out, held = frames.copy(), ways[turns, :, 0]
     held = held * np.where(held[:, :1] < 0, -1.0, 1.0)
     out[turns, 1] = einsum("ci,cij->cj", held, tangents[turns])
@@ -187,12 +188,12 @@ def along_what_is_held(frames: Floats, means: Means, holding: Holding) -> Floats
 
 
 def _left(means: Means, holding: Holding) -> Floats:
-    """S (sum_a P_a) S (c, 3, 3) of the candidates."""
+    """S (sum_a P_a) S (c, 3, 3) of the candidates (module docstring)."""
     axes = np.tile(np.eye(3), (len(holding.held), 1, 1))
     axes[holding.axes.nodes] = holding.axes.rows
     nodal = einsum("aij,ai,aik->ajk", axes, ~holding.held, axes)
     pattern = means.weights.copy()
     pattern.data[:] = 1.0
-    every = np.asarray(pattern @ nodal.reshape(-1, 9)).reshape(-1, 3, 3)
+    summed = np.asarray(pattern @ nodal.reshape(-1, 9)).reshape(-1, 3, 3)
     S = means.within
-    return every if S is None else S @ every @ S
+    return summed if S is None else S @ summed @ S

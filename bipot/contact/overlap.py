@@ -1,18 +1,18 @@
 r"""Overlap: the largest penetration anywhere on the edges and faces that may touch a tool, not only at their nodes.
 
-The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. An edge of three is
-the parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
+The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. An edge of three nodes
+is the parabola through them, and its gap n . x(s) - n . x_tool is the parabola through their gaps g_0, g_m, g_1,
 
     g(s) = g_0 + b s + a s^2,    a = 2 (g_0 - 2 g_m + g_1),    b = 4 g_m - 3 g_0 - g_1,    0 <= s <= 1,
 
-is least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. The gap of an edge to a curved tool has no
-such form: it is sampled, and at its minimum the slope n . x'(s) is bisected to zero. Overlap is a discretisation error
-that a certificate of the nodal law does not contain.
+which is least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. The gap of an edge to a curved tool
+has no such form: it is sampled, and near its minimum the slope n . x'(s) is bisected to zero. Overlap is a
+discretisation error that a certificate of the nodal law does not contain.
 
-In space the edges are those of the faces. A face without middle nodes is a mean of its nodes everywhere, so it is
-nearest to a flat tool at one of them. Others, and all under a curved tool, are sampled between their edges too: a face
-of eight nodes is at -1/4 of its corners and 1/2 of its middle nodes in its middle, which goes into a flat tool where
-corners are clear of it and middle nodes touch it.
+In space the edges are those of the faces. Every point of a face without middle nodes is a mean of its nodes, so that
+one of these is nearest to a flat tool. Other faces, and all under a curved tool, are sampled inside too: the middle of
+a face of eight nodes is -1/4 of the sum of its corners plus 1/2 of that of its middle nodes, and goes into a flat tool
+that middle nodes touch and corners do not.
 """
 
 from __future__ import annotations
@@ -30,26 +30,25 @@ from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints, read_only
 
 SAMPLES = 17
-"""Of the gap along an edge to a curved tool: it has one dip at most between three of them; along each axis of a face.
-"""
+"""Samples along an edge under a curved tool, of which the gap has at most one dip between three of them, and along each
+axis of a face."""
 
 HALVINGS = 52
-"""Of the bracket around a dip, to the round-off of s."""
+"""Halvings of the bracket around a dip, down to the round-off of s."""
 
 
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """Largest penetration of ``nodes`` (a, d), edges and faces into the tools, over the body size; 0 if none.
 
-    The tools are in the poses ``placed`` (k, p).
-
-    All facets of a tool's candidate boundaries count, whether their nodes are open, closed or held.
+    The tools are in the poses ``placed`` (k, p). All facets of their boundaries count, with open, closed or held nodes.
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
         edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
         if scene.mesh.dimension == 3 and (scene.mesh.element.quadratic or not tool.flat):
-            points = _across(nodes[scene.mesh.edges(*tool.candidates)])
+            faces = nodes[scene.mesh.edges(*tool.candidates)]
+            points = _shapes(Element.of(faces.shape[1])) @ faces
             deepest = max(deepest, -float(tool.distance(points, pose).min()))
     return deepest / scene.mesh.size
 
@@ -57,9 +56,9 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
 def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """How far surface nodes that are no candidates of a tool went behind its surface, over the body size; 0 if none.
 
-    These are ``nodes`` (a, d), at the tools' poses ``placed`` (k, p), that were not behind it at rest and are not past
-    an open end. Beside a flat punch that ends at its candidates this is right; where the tool extends further, they
-    should have been candidates.
+    Of the ``nodes`` (a, d), with tools in the poses ``placed`` (k, p), those count that were not behind the surface at
+    rest and are not past an open end. They are rightly there beside a flat punch that ends at its candidates; where the
+    tool extends further, they should have been candidates.
     """
     deepest, surface = 0.0, np.unique(scene.mesh.outline)
     for tool, at_rest, pose in zip(scene.tools, scene.at_rest, placed, strict=True):
@@ -70,14 +69,9 @@ def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
     return deepest / scene.mesh.size
 
 
-def _across(faces: Floats) -> Floats:
-    """Points (f, p, 3) all over faces (f, n, 3)."""
-    return _shapes(Element.of(faces.shape[1])) @ faces
-
-
 @cache
 def _shapes(element: Element) -> Floats:
-    """The shape functions (p, n) of a face, a plane ``element``, at these points."""
+    """The shape functions (p, n) of a face, a plane ``element``, at points spread over it."""
     line = np.linspace(0.0, 1.0, SAMPLES)
     places = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     within = places if element.shape.cube else places[places.sum(axis=1) <= 1]
@@ -85,12 +79,12 @@ def _shapes(element: Element) -> Floats:
 
 
 def tool_edges(mesh: Mesh, tool: Tool) -> Ints:
-    """Edges (f, n) of the boundaries of a tool, end (middle) end; those of faces one by one, shared ones twice."""
+    """Edges (f, n) of a tool's boundaries, nodes as end (middle) end; in space of each face, shared ones twice."""
     facets = mesh.edges(*tool.candidates)
     if mesh.dimension == 2:
         return facets
-    own = Element.of(facets.shape[1]).edges
-    return facets[:, own].reshape(-1, own.shape[1])
+    edges = Element.of(facets.shape[1]).edges
+    return facets[:, edges].reshape(-1, edges.shape[1])
 
 
 def least_gap(tool: Tool, edges: Floats, pose: Floats) -> Floats:
@@ -114,7 +108,7 @@ def _least_on_parabolas(gap: Floats) -> Floats:
 
 
 def least_along(tool: Tool, edges: Floats) -> Floats:
-    """Least gaps (f,) to the tool at rest along ``edges`` (f, n, 2), parabolas or lines through their nodes."""
+    """Least gaps (f,) to the tool at rest along ``edges`` (f, n, d), parabolas or lines through their nodes."""
     s = np.linspace(0.0, 1.0, SAMPLES)
     gap = tool.face.distance(_along(edges, s)).gap
     near = s[np.argmin(gap, axis=1)][:, None]
@@ -127,14 +121,14 @@ def least_along(tool: Tool, edges: Floats) -> Floats:
 
 
 def _along(edges: Floats, s: Floats) -> Floats:
-    """Points (f, s, 2) of edges (f, n, 2) at s (s,) or (f, s)."""
+    """Points (f, s, d) of edges (f, n, d) at s (s,) or (f, s)."""
     s = np.broadcast_to(s, (len(edges), s.shape[-1]))
     shapes = [1 - s, s] if edges.shape[1] == 2 else [(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)]
     return np.stack(shapes, axis=-1) @ edges
 
 
 def _ahead(edges: Floats, s: Floats) -> Floats:
-    """dx/ds (f, s, 2) of edges (f, n, 2) at s (f, s)."""
+    """dx/ds (f, s, d) of edges (f, n, d) at s (f, s)."""
     one = np.ones_like(s)
     slopes = [-one, one] if edges.shape[1] == 2 else [4 * s - 3, 4 - 8 * s, 4 * s - 1]
     return np.stack(slopes, axis=-1) @ edges

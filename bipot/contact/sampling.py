@@ -4,27 +4,27 @@ A point p is a combination of nodes, x_p = sum_k D_pk x_k with sum_k D_pk = 1. I
 gaps (:mod:`bipot.tools.parts`), which for a flat tool is the gap of x_p. The force r_p dual to it acts on the nodes as
 D_pk r_p. There are two choices of D:
 
-    nodes       D = 1: one point a node,
-    weighted    D_pk = int psi_p N_k dA / int psi_p dA: one point an end of an edge, or a corner of a face.
+    nodes       D = 1: one point per node,
+    weighted    D_pk = int psi_p N_k dA / int psi_p dA: one point per end of an edge, or per corner of a face.
 
 psi_p are the functions that are linear along each edge and on each triangle, bilinear on each square, 1 at p and 0 at
-the other ends. dA is that at rest (of the ring on a meridian), and int is Gauss' rule of :mod:`bipot.fem.surface`,
+the other ends. dA is the area at rest (of the ring on a meridian), and int is Gauss' rule of :mod:`bipot.fem.surface`,
 exact on straight facets with centred middle nodes. A pressure p = sum_p p_p psi_p gives the nodal forces
 int p N_k dA = sum_p D_pk r_p with r_p = p_p int psi_p dA. The law for r_p is thus the law for the pressure at p and, by
 convexity, between the points. On quadratic facets there are fewer points than nodes, which is a stable pair, and
-pressures do not alternate from corner to mid-side. A uniform pressure on a face pulls at the corners of eight nodes and
-has no force at those of six, but the weights of psi_p are positive. Between the points the gap may be negative at some
-places and positive at others (:mod:`bipot.contact.overlap`).
+pressures do not alternate from corner to mid-side. The nodal forces of a uniform pressure pull at the corners of a face
+of eight nodes and are zero at the corners of one of six, but int psi_p dA is positive at all points. Between the points
+the gap may be negative at some places and positive at others (:mod:`bipot.contact.overlap`).
 
 On linear edges psi_p are the dual functions, int psi_p N_k dA = 0 for k other than p: weighted gaps are those of the
-nodes, and both choices are the same. On linear faces the points are the nodes too: hat functions in place of dual
+nodes, and both choices are the same. On linear faces the points are always the nodes: hat functions in place of dual
 functions would give the same forces r for closed contacts, but pressures M^-1 r, M_ij = int N_i N_j dA, whose
 alternating part is up to nine times that of r_p / int N_p dA.
 
 Facets that continue into each other at their ends share a point there. A mean around such an end stops where the
 boundary turns by more than :data:`CREASE`. At a corner of the body with one side on the tool and the other going up,
-each side has its own point. So have a side and its mirror image beyond a plane of symmetry where they form a crease,
-and all facets where parts of the body meet (at one node in a plane, along one edge in space). In space two faces
+each side has its own point. So have a side and its mirror image beyond a plane of symmetry if they form a crease there,
+and all facets where parts of the body touch (at one node in a plane, along one edge in space). In space two faces
 continue into each other at a node if they share an edge there; a fan of such faces has one point.
 """
 
@@ -53,8 +53,8 @@ CREASE = 0.5
 class Points:
     """Points (p,) of a tool's boundaries.
 
-    ``node`` (p,) are the nodes at which they are, ``weights`` D (p, a) their means, ``edges`` (f, n) the points of each
-    facet of the boundaries, whose nodes are ``lines`` (f, m).
+    They are at the nodes ``node`` (p,) with the ``weights`` D (p, a); ``edges`` (f, n) are the points and ``lines``
+    (f, m) the nodes of each facet of the boundaries.
     """
 
     node: Ints
@@ -83,7 +83,7 @@ def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
     weights = sp.csr_matrix((shares.ravel(), (row.ravel(), column.ravel())), shape=shape)
     weights.sum_duplicates()
     weights.data /= np.repeat(np.asarray(weights.sum(axis=1)).ravel(), np.diff(weights.indptr))
-    # Of a straight edge the far end is no part of the mean, but for round-off.
+    # On a straight edge the weight of the far end is round-off of zero.
     weights.data[np.abs(weights.data) <= ACROSS] = 0.0
     weights.eliminate_zeros()
     return Points(node, weights, edges, lines)
@@ -91,7 +91,7 @@ def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
 
 @cache
 def hats(count: int, dimension: int) -> Floats:
-    """psi (k, n) at the nodes of quadratic facets of ``count`` nodes n, bounding elements of ``dimension`` d: psi N.
+    """psi_k at the nodes (k, n) of quadratic facets of n = ``count`` nodes, in ``dimension`` d: psi = sum_n psi_kn N_n.
 
     >>> hats(3, 2).tolist()
     [[1.0, 0.5, 0.0], [0.0, 0.5, 1.0]]
@@ -105,7 +105,7 @@ def hats(count: int, dimension: int) -> Floats:
 
 
 def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
-    """int psi dA (f, k) of the ends of quadratic facets ``lines`` (f, n).
+    """int psi_k dA (f, k) for the ends of quadratic facets ``lines`` (f, n).
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> hat_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).tolist()
@@ -128,7 +128,7 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
     in the plane; the mirror image of a face with a single corner there is no neighbour.
     """
     s = np.array(normal)
-    # Of an edge w and its mirror image w . w' = 1 - 2 (s . w)^2, and so it is of the normals of a face and its own.
+    # A unit vector w, along an edge or normal to a face, and its mirror image w' have w . w' = 1 - 2 (s . w)^2.
     if nodes.shape[1] == 2:
         return np.asarray(2 * (_away(nodes, facets) @ s) ** 2 - 1 >= CREASE)
     count = facets.shape[1] // 2
@@ -138,20 +138,21 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
 
 
 def _on_lines(ends: Ints, away: Floats) -> tuple[Ints, Ints]:
-    """Points at the ``ends`` (f, 2) of edges with the directions ``away`` (f, 2, 2) from them.
+    """Points at the ``ends`` (f, 2) of edges that leave them along the directions ``away`` (f, 2, 2).
 
-    There is one where two edges continue or one ends, and one for each edge at a crease and where more than two meet.
+    There is one point where an edge ends or two continue into each other, and one point per edge at a crease and where
+    more than two edges meet.
     """
     node, inverse, count = np.unique(ends, return_inverse=True, return_counts=True)
     order = np.argsort(inverse.ravel(), kind="stable")
     first = np.cumsum(count) - count
     way = away.reshape(-1, 2)[order]
     second = np.minimum(first + 1, len(order) - 1)
-    # Edges that go straight on leave their node in opposite directions; of three or more none goes on.
+    # Edges that continue straight leave their node in opposite directions; of three or more none continues.
     split = (count > 2) | (count == 2) & (-np.vecdot(way[first], way[second]) < CREASE)
     parts = np.where(split, count, 1)
-    own = np.repeat(split, count) * (np.arange(len(order)) - np.repeat(first, count))
-    number = np.repeat(np.cumsum(parts) - parts, count) + own
+    within = np.repeat(split, count) * (np.arange(len(order)) - np.repeat(first, count))
+    number = np.repeat(np.cumsum(parts) - parts, count) + within
     edges = np.empty(len(order), dtype=np.intp)
     edges[order] = number
     return edges.reshape(-1, 2), np.repeat(node, parts)
@@ -159,7 +160,7 @@ def _on_lines(ends: Ints, away: Floats) -> tuple[Ints, Ints]:
 
 def _on_faces(corners: Ints, normal: Floats) -> tuple[Ints, Ints]:
     """Points at the ``corners`` (f, k) of faces with unit normals (f, k, 3) there: one for each fan of faces."""
-    # Only scenes with means on faces ask for it: what merely imports the library need not load it.
+    # Imported here because only scenes with means on faces need it.
     from scipy.sparse.csgraph import connected_components
 
     place = np.arange(corners.size).reshape(corners.shape)
@@ -169,11 +170,12 @@ def _on_faces(corners: Ints, normal: Floats) -> tuple[Ints, Ints]:
     first = (np.cumsum(count) - count)[count == 2]
     order = np.argsort(side.ravel(), kind="stable")
     a, b = order[first], order[first + 1]
-    # Neighbours run opposite ways around: one begins where the other ends.
+    # Neighbours run along their common edge in opposite directions: one begins where the other ends.
     one, other = np.concatenate([begin[a], end[a]]), np.concatenate([end[b], begin[b]])
     flat = normal.reshape(-1, 3)
-    on = np.vecdot(flat[one], flat[other]) >= CREASE
-    links = sp.coo_array((np.ones(on.sum()), (one[on], other[on])), shape=(corners.size, corners.size))
+    continues = np.vecdot(flat[one], flat[other]) >= CREASE
+    one, other = one[continues], other[continues]
+    links = sp.coo_array((np.ones(len(one)), (one, other)), shape=(corners.size, corners.size))
     _, part = connected_components(links, directed=False)
     _, found = np.unique(part, return_index=True)
     node = corners.ravel()[found]

@@ -6,17 +6,17 @@ over the facets e of the tool's boundaries, edges or faces, at the point p. sigm
 end of the increment, and <.>_e its mean over the volume of the element behind the facet. A_ep >= 0 is the point's share
 of the facet's area in the configuration of equilibrium:
 
-    at nodes    int N_p dA, and max(int N_p dA, 0), all times one factor that keeps the sum, where one is negative:
-                corners of quadratic faces, and where a middle node is out of place (on straight quadratic edges they
-                are 1, 4, 1 sixths, and 0 on the axis),
+    at nodes    int N_p dA (on straight quadratic edges 1, 4, 1 sixths of the length, and 0 on the axis); on facets
+                where one of these is negative, as at corners of quadratic faces or with a middle node out of place,
+                max(int N_p dA, 0) times a factor that keeps the sum,
     weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`).
 
 A facet counts to the extent that it lies on the tool, w_e = min(max(1 - s/LIES, 0), 1), with s the slope by which it
-leaves the tool. For an edge of length h, s = g/h with g the largest gap of its points. For a face s is that of the
-steepest direction: g_min/h, with h the largest distance of its ends, plus the largest |g_p - g_q|/|x_p - x_q| of two of
-its points (half of that unless both are ends). The extent of a face in depth does not affect its slope across. So a
-free side that meets a punch at a corner adds nothing to the area there; a side that folds onto the punch is added
-without a jump; and an edge of which one node has reached a circle counts in part.
+leaves the tool. For an edge of length h, s = g/h with g the largest gap of its points. For a face s is the slope of the
+steepest direction, whatever the extent in the other: g_min/h, with h the largest distance of its ends, plus the largest
+|g_p - g_q|/|x_p - x_q| of two of its points (half of that unless both are ends). Thus a free side that meets a punch at
+a corner adds nothing to the area there; a side that folds onto the punch is added without a jump; and an edge of which
+one node has reached a circle counts in part.
 
 A cap belongs to an iterate and is frozen in the pass that begins there. It depends on the displacement only through
 area and hardening, which change as the strain does. The certificate checks the law with the cap of the iterate that it
@@ -48,7 +48,7 @@ class Strength(NamedTuple):
 
     @property
     def shear(self) -> Floats:
-        """k (e,), in the mean over each element."""
+        """k (e,), the mean over each element."""
         return np.vecdot(self.yield_stress, self.volume) / (np.sqrt(3.0) * self.volume.sum(axis=1))
 
 
@@ -61,39 +61,39 @@ def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Fl
     ends = scene.mesh.element.ends
     carried = np.zeros(len(candidates.node))
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
-        own, lines = candidates.number[number], points.lines
+        candidate, lines = candidates.number[number], points.lines
         areas = hat_areas if points.weighted else nodal_areas
-        own_nodes = np.unique(lines)
+        boundary = np.unique(lines)
         gaps = np.zeros(len(nodes))
-        gaps[own_nodes] = tool.distance(nodes[own_nodes], pose)
+        gaps[boundary] = tool.distance(nodes[boundary], pose)
         gap = np.asarray(points.weights @ gaps)[points.edges]
-        # Means are at the ends of facets, all of them.
+        # All means are at the ends of facets.
         at, outer = (lines[:, ends], np.arange(len(ends))) if points.weighted else (lines, ends)
-        flat = lying(nodes[at], gap, outer) * k[scene.mesh.owners(*tool.candidates)]
-        total = np.zeros(len(own))
-        np.add.at(total, points.edges, flat[:, None] * areas(balanced, lines, scene.geometry))
-        carried[own[own >= 0]] = total[own >= 0]
+        strong = lying(nodes[at], gap, outer) * k[scene.mesh.owners(*tool.candidates)]
+        total = np.zeros(len(candidate))
+        np.add.at(total, points.edges, strong[:, None] * areas(balanced, lines, scene.geometry))
+        carried[candidate[candidate >= 0]] = total[candidate >= 0]
     bounded = np.isfinite(candidates.shear)
     return np.where(bounded, np.where(bounded, candidates.shear, 0.0) * carried, np.inf)
 
 
 def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
-    """What belongs to the nodes of the area of facets ``lines`` (f, n), none of it negative (f, n).
+    """The nodes' shares (f, n) of the areas of facets ``lines`` (f, n), none of them negative.
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> (6 * nodal_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)).round(12)
     array([[1., 4., 1.]])
     """
-    own = facet_mass(nodes, lines, geometry).sum(axis=2)
-    part = np.maximum(own, 0.0)
+    signed = facet_mass(nodes, lines, geometry).sum(axis=2)
+    part = np.maximum(signed, 0.0)
     whole = part.sum(axis=1)
-    return part * np.divide(own.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
+    return part * np.divide(signed.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
 
 
 def lying(x: Floats, gap: Floats, ends: Ints) -> Floats:
-    """How far facets with points at x (f, p, d), those in the columns ``ends`` (k,), and gaps (f, p) lie on the tool.
+    """w_e (f,): how far facets with points at x (f, p, d), ``ends`` (k,) among them, and gaps (f, p) lie on a tool.
 
-    w_e (f,); facets of no length, of trial iterates, do not lie.
+    Facets without length, which trial iterates may have, do not.
 
     >>> steep = np.array([[[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]])
     >>> lying(steep, np.array([[0.0, 0.05, 0.2]]), np.array([0, 2])).round(12).tolist()
@@ -115,5 +115,5 @@ def _slope(x: Floats, gap: Floats, ends: Ints) -> Floats:
 
 
 def _over(gap: Floats, length: Floats) -> Floats:
-    """Gaps over lengths (f,); where there is no length, more than any slope."""
+    """Gaps over lengths (f,); inf where the length is zero."""
     return np.divide(gap, length, out=np.full_like(length, np.inf), where=length > 0)

@@ -46,16 +46,16 @@ class Touching(NamedTuple):
 
 
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
-    """The tool that is deepest in a node which supports hold along its normal, so that no motion can resolve it.
+    """The tool that is deepest in a node which supports hold along the tool's normal, so that no motion can resolve it.
 
-    Tools are in the poses ``placed`` (k, p), held nodes displaced by what is ``driven`` (a, d).
+    Tools are in the poses ``placed`` (k, p), and held nodes are displaced by ``driven`` (a, d).
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
     for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
         if not len(nodes):
             continue
         held = nodes_at[nodes]
-        # What round-off of the two positions makes of their difference is no depth.
+        # Depth is a difference of two places, and their round-off is no depth.
         depth = -tool.distance(held, pose) - ROUND_OFF * tool.places(held, pose)
         depth[tool.face.beyond(tool.own(held, pose))] = 0.0
         if depth.max() > worst.depth:
@@ -64,22 +64,22 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
 
 
 def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
-    """Slips (c, d - 1) along tangents that supports fully hold or drive; zero elsewhere, or if nearly normal.
+    """Slips (c, d - 1) along tangents that supports fully hold or drive; zero elsewhere, and if the motion is normal.
 
-    In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
+    Tools ``travel`` (k, d) along their paths, and supports displace held nodes by ``driven`` (a, d).
     """
     if not candidates.tangent_held.any():
         return np.zeros((len(candidates.node), candidates.scene.mesh.dimension - 1))
     drawn = candidates.met.motion(driven)
     moved = candidates.approach(travel, drawn)
-    # Against what both move by: that they move together is a difference of round-off.
+    # Relative to the motions of both, so that round-off is no slip where they move together.
     lengths = norm(travel)[candidates.tool] + candidates.parts.averaged(norm(drawn))
     small = norm(moved[:, 1:]) <= ALIGNED * lengths
     return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
 
 
 def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
-    """Contact forces r (c, d) with the friction -s slip/|slip|, s (c,), where the slip is known, ``dragged``."""
+    """Contact forces r (c, d) with the friction -s slip/|slip|, s (c,), where the slip ``dragged`` is known."""
     if not dragged.any():
         return r
     out = r.copy()
@@ -94,10 +94,10 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
     """
     size = candidates.scene.size
-    along = candidates.welded & start.closed
     slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, start, driven)
-    if (along & slipping).any():
-        return int(candidates.node[np.argmax(along & slipping)])
+    off_weld = candidates.welded & start.closed & slipping
+    if off_weld.any():
+        return int(candidates.node[np.argmax(off_weld)])
     for k, (tool, held) in enumerate(zip(candidates.scene.tools, candidates.held, strict=True)):
         apart = norm(_across(tool, driven[held] - start.gone(tool, k, held))) > TOUCHES * size
         apart |= _drawn(candidates.scene, k, start, held)

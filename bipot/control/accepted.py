@@ -26,8 +26,8 @@ class Accepted:
     ``course`` is the march after it, which :func:`bipot.marching.march` can continue. ``tool_forces`` (k, d) are those
     of the tools on the modelled part. ``passes`` includes those of failed attempts; ``reasons`` say why a fallback was
     used or the increment was cut, ``strayed`` whether it was cut or a suited form failed. ``landed`` is the node at
-    whose landing it was cut (:mod:`bipot.control.landing`), None if it was not. Results by name are those at nodes
-    (a, d) and integration points (e, q) at the increment's end.
+    whose landing the increment was cut (:mod:`bipot.control.landing`), or None. Results by name are values at the
+    increment's end, at nodes (a, d) or integration points (e, q).
 
     >>> from bipot import Schedule, march, upsetting
     >>> accepted = next(march(upsetting(mu=0.1, elements=1), Schedule(100)))
@@ -56,12 +56,12 @@ class Accepted:
 
     @property
     def number(self) -> int:
-        """Its number in the march, from 1."""
+        """The increment's number in the march, from 1."""
         return self.course.number
 
     @property
     def state(self) -> State:
-        """The state at its end."""
+        """The state at the increment's end."""
         return self.course.state
 
     @property
@@ -80,10 +80,10 @@ class Accepted:
         return traction(self.solved.iterate, self.solved.r)
 
     def tool_pose(self, tool: int) -> Floats:
-        """Displacement since rest of a tool, or its centre, and its angle, anticlockwise: (3,), in space (6,).
+        """Pose (3,) of a tool, in space (6,): displacement since rest, of its centre where it turns, and rotation.
 
         Raises:
-            SceneError: a number that is no tool's.
+            SceneError: ``tool`` is not the number of a tool.
         """
         self._require_tool(tool)
         return self.scene.placed(self.state.tau, self.state.translation)[tool]
@@ -92,19 +92,19 @@ class Accepted:
         """Moment of a turning tool on the whole body, about its centre or axis, anticlockwise; 0 if it does not turn.
 
         Raises:
-            SceneError: a number that is no tool's.
+            SceneError: ``tool`` is not the number of a tool.
         """
         self._require_tool(tool)
         modelled = float(self.solved.iterate.tool_moments(self.solved.r)[tool])
         return modelled / share(self.scene.planes, self.scene.tools[tool])
 
     def tool_force(self, tool: int) -> Floats:
-        """Force (d,) of the tool of that number on the whole body, the parts beyond planes of symmetry included.
+        """Force (d,) of a tool, given by its number, on the whole body, parts beyond planes of symmetry included.
 
         On a meridian it is that of the full ring, without a radial component.
 
         Raises:
-            SceneError: a number that is no tool's.
+            SceneError: ``tool`` is not the number of a tool.
         """
         scene = self.scene
         self._require_tool(tool)
@@ -120,9 +120,9 @@ class Accepted:
 
     @property
     def displacement(self) -> Floats:
-        """The displacement (a, d) since rest: nodes minus those of the mesh, hence to the round-off of positions.
+        """The displacement (a, d) since rest, nodes minus those of the mesh, to within the round-off of positions.
 
-        The displacement of this increment alone, to its own round-off, is ``state.du``.
+        ``state.du`` is the displacement of this increment alone, to within its own, smaller, round-off.
         """
         return self.state.nodes - self.scene.mesh.nodes
 

@@ -1,4 +1,4 @@
-"""One attempt at an increment: the forms in turn, each time the flow that is carried on has changed.
+"""One attempt at an increment: the forms are tried in turn, again whenever the flow carried on has changed.
 
 Neither plastic flow nor friction may dissipate a negative energy in a solution that is accepted.
 """
@@ -37,21 +37,21 @@ def attempt_increment(
     sparing: bool = False,
     halves: bool = False,
 ) -> Attempt:
-    """Try the increment, each time with the forms in turn; ``sparing`` the dissipation program where one strayed.
+    """Try the increment with the forms in turn, as often as :mod:`bipot.control.carrying` changes the flow carried on.
 
-    Where a form is not suited, or a matrix singular, a shorter increment would not help: then it is not spared. What
-    solves the equations but is refused or folded all forms would find: if the increment ``halves``, no other is tried.
-    Else all are, but once: where other flow is carried on, or none, the first that finds it again speaks for all.
-    ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
+    With ``sparing`` the dissipation program is left out after a form that strayed, but not after one that is not suited
+    or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
+    found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
+    all forms are tried once, and with other flow the first such solution ends it. For ``largest`` see
+    :func:`~bipot.increment.solve_increment`.
     """
-
-    alike = halves
+    ends_if_inadmissible = halves
 
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
-        nonlocal alike
+        nonlocal ends_if_inadmissible
         passes, failures, last, strayed, spared = 0, list[Reason](), None, False, False
         inadmissible: Exception | None = None
-        begins = replace(increment, start=begun)
+        begun_increment = replace(increment, start=begun)
 
         def count(trial: Trial) -> None:
             nonlocal passes
@@ -63,7 +63,7 @@ def attempt_increment(
                 spared = True
                 continue
             try:
-                solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to, leave)
+                solved = solve_increment(begun_increment, form, control.limits, cache, largest, count, near_to, leave)
             except LeftOff as left:
                 return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
             except FAILURES as failure:
@@ -71,12 +71,13 @@ def attempt_increment(
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
                 if isinstance(failure, INADMISSIBLE):
                     inadmissible = failure
-                    if alike:
+                    if ends_if_inadmissible:
                         return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
                 return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
-        alike, why = alike or isinstance(last, INADMISSIBLE), inadmissible or last
-        return Attempt(None, control.forms[-1].name, passes, tuple(failures), why, strayed, spared=spared)
+        ends_if_inadmissible |= isinstance(last, INADMISSIBLE)
+        decisive = inadmissible or last
+        return Attempt(None, control.forms[-1].name, passes, tuple(failures), decisive, strayed, spared=spared)
 
     def refused(solved: Solved) -> Reason | None:
         dissipation = Dissipated.of(increment.start, solved)
@@ -89,8 +90,8 @@ class Dissipated(NamedTuple):
     """Plastic and frictional dissipation of an increment, and their ``scale`` (energy units).
 
     They are sum_q w sigma : de_p with the stored de_p, and - sum_c r_t . du_t. The scale is
-    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, the energy taken up and that stored; ``blur`` is the work of
-    contacts due to round-off: of the increment's length, and of nodal forces on the slip.
+    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, the energy taken up plus the energy stored. ``blur`` is the
+    work at contacts that round-off alone may do: that of motions against r, and that of nodal forces on the slip.
     """
 
     plastic: float
@@ -103,8 +104,8 @@ class Dissipated(NamedTuple):
         """That of the increment ``solved`` from ``start``, with the flow carried on from there."""
         response, body = solved.response, solved.iterate.increment.system.body
         stress, kin = response.returned.stress, response.kinematics
-        carried = response.kinematics.turned(response.state.plastic_strain - start.plastic_strain)
-        # What is left of zero where a weld holds rubs on nothing.
+        carried = kin.turned(response.state.plastic_strain - start.plastic_strain)
+        # The slip of a welded point is only a remainder of zero.
         slip = np.where(solved.iterate.rows.tied[:, None], 0.0, solved.iterate.motion[:, 1:])
         compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
         taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
@@ -118,7 +119,7 @@ class Dissipated(NamedTuple):
         )
 
     def negative(self, margin: float, friction: bool) -> Reason | None:
-        """The dissipations below - ``margin`` times the scale, and round-off, or None; friction's only if chosen."""
+        """The dissipations below -(``margin`` times the scale + ``blur``), or None; that of ``friction`` if asked."""
         found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
         below = {name: d for name, d in found.items() if d < -margin * self.scale - self.blur}
         said = " and ".join(f"{name} dissipation is negative, {d:.2g}" for name, d in below.items())

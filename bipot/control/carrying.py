@@ -5,26 +5,26 @@ pseudo-time, at one pace (:mod:`bipot.scene.paces`), is only a first guess, beca
 The solution shows
 
 * where the flow did not continue: de_p0 : gamma n <= 0, the point stayed elastic or flowed against its last flow;
-* the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over the points that carried, de_p zero where it stopped.
+* the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over points that carried flow, de_p = 0 where it stopped.
 
-The increment is solved again with the measured ratio, starting from the last solution, where the excess of the flow
-carried on, (a(rho_used) - a(rho))/rho of the flow that continues, is above TOO_MUCH or below - TOO_LITTLE. Too much
-flow lets stress relax without cause; too little is nearer to backward Euler. Where the ratio is right, points whose
-flow stopped drop what they carried, for good, and the increment is solved again with the ratio of the others; unless
-the dissipation of what they carried is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After more
-than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
+The excess of the flow carried on, over the flow that continues, is (a(rho_used) - a(rho))/rho. Where it is above
+TOO_MUCH or below -TOO_LITTLE, the increment is solved again with the measured ratio, starting from the last solution.
+Too much flow lets stress relax without cause; too little is nearer to backward Euler. Where the ratio is right, points
+whose flow stopped drop what they carried, for good, and the increment is solved again with the ratio of the others;
+unless dropping it takes less than NEGLIGIBLE off the increment's dissipation, which is negative at none of them. After
+more than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 
 Where no solution is found, and where the path turns, the increment is solved by backward Euler. That solution stands
-if less than TOO_LITTLE of the flow continues in it; otherwise the increment is solved from there with the flow, or has
-failed. So it does not depend on the luck of a solver which of the two is accepted.
+if a(rho)/rho, measured in it, is at most TOO_LITTLE; otherwise the increment is solved from there with the flow, or has
+failed. Which of the two is accepted therefore does not depend on the luck of a solver.
 
-These solutions need not be converged to the last digit: an iterate within ROUGH of one shows as well where the flow did
-not continue, one within EARLY if it is clear of every point, and the iteration continues from there. The accepted
-solution is converged and measured again.
+Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
+the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
+there. The accepted solution is converged and measured again.
 
-So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow continues, and not negative where a point
-dropped its flow. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
-together with that of friction (:mod:`bipot.control.attempting`), before an increment is accepted.
+Thus sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow continues, and not negative where a point
+dropped its flow: the plastic dissipation of the increment is never negative. It is checked nevertheless, together with
+that of friction (:mod:`bipot.control.attempting`), before an increment is accepted.
 """
 
 from __future__ import annotations
@@ -53,25 +53,25 @@ RATIOS, REPEATS = 2, 8
 ROUGH = 1e-5
 """Unbalanced forces and error of the law over the contact forces, up to which an iterate shows what the flow does.
 
-A point that is stopped too early stays so. Where many points reverse, a value ten times larger lets two forms, whose
-iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification).
+A point whose flow is dropped too early never takes it up again. Where many points reverse, a value ten times larger
+lets two forms, whose iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification).
 """
 
 EARLY, MARGIN = 1e-2, 200.0
-"""Up to the error EARLY an iterate shows which points stop, if each is farther from it than MARGIN times the error.
+"""Up to the error EARLY an iterate shows which points stop, if each is clear of the limit by MARGIN times the error.
 
-How far a point is from it (:func:`_short`) was seen to change, to the end of the iteration, by up to 140 times the
-error, and by more only where the last flow was a twentieth of that of most points or less.
+A point's distance from that limit (:func:`_short`) was seen to change, to the end of the iteration, by up to 140 times
+the error, and by more only where the last flow was a twentieth of that of most points or less.
 """
 
 
 class Attempt(NamedTuple):
     """The result of one attempt at an increment: the solution or None, the form, passes spent, why forms failed.
 
-    ``last`` is the failure of the last form that solved the equations but was refused, else of the last tried: what a
-    form did not find says less. ``strayed`` says whether a suited form failed. ``left`` is the
+    ``last`` is the failure of the last form whose solution was inadmissible, or else of the last form tried, which says
+    less. ``strayed`` says whether a suited form failed, ``spared`` whether a form was left out, and ``refused`` whether
+    the attempt ended early because the remaining forms would find the same inadmissible solution. ``left`` is the
     iterate at which the increment was left unsolved because the flow does not continue as it was carried on.
-    ``spared`` says whether a form was left out, ``refused`` whether others would find what is inadmissible, too.
     """
 
     solved: Solved | None
@@ -85,13 +85,14 @@ class Attempt(NamedTuple):
     refused: bool = False
 
     def failed(self, why: Reason) -> Attempt:
-        """The same with one more failure."""
+        """The same attempt with one more failure."""
         return self._replace(failures=(*self.failures, why))
 
 
 Solve = Callable[[State, Near | None, Leave | None], Attempt]
-"""``solve(begun, near_to, leave)`` attempts the increment from a state after the flow carried on, with the iteration
-starting near a solution with other flow; for ``leave`` see :func:`bipot.increment.solve_increment`."""
+"""``solve(begun, near_to, leave)`` attempts the increment from the state ``begun``, after the flow carried on.
+
+The iteration starts at ``near_to``; for this and ``leave`` see :func:`bipot.increment.solve_increment`."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +111,7 @@ class CarriedFlow:
 
     @staticmethod
     def guess(increment: Increment) -> CarriedFlow | None:
-        """The guess by the lengths in pseudo-time of the increment and the last one; None without a last flow."""
+        """The guess by the lengths of this increment and the last one, in pseudo-time; None without a last flow."""
         state = increment.start
         if state.flow is None or not state.length > 0:
             return None
@@ -138,11 +139,11 @@ class CarriedFlow:
     def found_by(self, increment: Increment, euler: Solved) -> CarriedFlow | None:
         """What to carry according to a solution by backward Euler; None if that solution stands.
 
-        Where the path turns lengths in pseudo-time tell nothing, however near the guess by them is.
+        Where the path turns, the guess by lengths in pseudo-time means nothing, even if the measured ratio is near it.
         """
-        none = replace(self, ratio=0.0)
-        ratio = Flowed.of(increment.system, none, euler).overall
-        if not none.is_wrong(ratio):
+        nothing = replace(self, ratio=0.0)
+        ratio = Flowed.of(increment.system, nothing, euler).overall
+        if not nothing.is_wrong(ratio):
             return None
         measured = increment.past.turns or self.is_wrong(ratio)
         return replace(self, ratio=ratio if measured else self.ratio, found=True)
@@ -163,37 +164,38 @@ class Flowed:
     def of(system: System, carried: CarriedFlow, near: Near) -> Flowed:
         """Measured at or ``near`` the solution of the increment with the flow ``carried``."""
         response, a = near.response, carried.fraction
-        own, weight = response.returned.plastic_strain, response.kinematics.volume
+        added, weight = response.returned.plastic_strain, response.kinematics.volume
         last = response.kinematics.turned(carried.last.strain)
-        forth, square = np.vecdot(own, last), np.vecdot(last, last)
-        stopped = carried.on & (forth <= 0)
+        onwards, square = np.vecdot(added, last), np.vecdot(last, last)
+        stopped = carried.on & (onwards <= 0)
         if stopped.any():
-            flow = own + a[..., None] * last
+            flow = added + a[..., None] * last
             dissipation = weight * np.vecdot(response.returned.stress, flow)
-            wanted = system.body.scene.material.dissipation(last, response.state.peeq)
-            lost = float(np.sum((weight * a * wanted)[stopped]))
-            if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
+            dropped = weight * a * system.body.scene.material.dissipation(last, response.state.peeq)
+            slight = float(dropped[stopped].sum()) <= NEGLIGIBLE * float(dissipation.sum())
+            if slight and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped
-        along = max(vdot(weight * going, forth + a * square), 0.0)
-        sums = (vdot(weight * on, square) for on in (going, carried.on))
-        return Flowed(stopped, *(along / whole if along > 0 else 0.0 for whole in sums))
+        continued = max(vdot(weight * going, onwards + a * square), 0.0)
+        if not continued > 0:
+            return Flowed(stopped, 0.0, 0.0)
+        return Flowed(stopped, *(continued / vdot(weight * points, square) for points in (going, carried.on)))
 
 
 Objection = Callable[[Solved], Reason | None]
-"""Says why a solution is not accepted; None if it is."""
+"""Says why a solution is not accepted; None if it is accepted."""
 
 
 def carry_on(increment: Increment, solve: Solve, refused: Objection, second: bool) -> Attempt:
-    """Attempt the increment, with the last flow carried on if ``second``, else without.
+    """Attempt the increment, with the last flow carried on if ``second`` (order two), otherwise without.
 
-    The attempt returned has the passes and the failures of all.
+    The attempt returned has the passes and the failures of all attempts.
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None
     near: Near | None = None
     carried = CarriedFlow.guess(increment) if second else None
-    # Rates are others where the path turns, and a body that turns round goes on elastically: the last flow misleads.
+    # Rates change where the path turns, and a body whose motion reverses is elastic at first: the last flow misleads.
     unknown = increment.past.turns
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
@@ -229,9 +231,9 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
 
 
 def _turned(system: System, carried: CarriedFlow, near: Near, error: float) -> bool:
-    """Whether it is clear ``near`` a solution that the flow does not continue as ``carried``.
+    """Whether it is clear already ``near`` a solution that the flow does not continue as ``carried``.
 
-    Carrying no flow at all is decided on solutions only.
+    That no flow is to be carried at all is decided on solutions only.
     """
     early = error > ROUGH
     if error > EARLY or (early and not _is_clear(system, carried, near, MARGIN * error)):
@@ -242,16 +244,16 @@ def _turned(system: System, carried: CarriedFlow, near: Near, error: float) -> b
 
 
 def _is_clear(system: System, carried: CarriedFlow, near: Near, margin: float) -> bool:
-    """Whether points stop, and each that carries flow is farther than the ``margin`` from beginning or ceasing to."""
+    """Whether points stop, and each point that carries flow is farther than ``margin`` from a change of that."""
     short = _short(system, carried, near)[carried.on]
     return bool((short > 0).any() and (np.abs(short) > margin).all())
 
 
 def _short(system: System, carried: CarriedFlow, near: Near) -> Floats:
-    """How far the flow (e, q) is short of what goes on, over the last one; negative where it goes on.
+    """How far each point (e, q) is from continuing its flow, over the last flow; negative where it continues.
 
-    It is - de_p : de_p0 / |de_p0|^2 where a point flows, and (sigma_Y - sigma_eq)/(3 G) over the equivalent strain of
-    de_p0, where it stays elastic with the stress sigma.
+    It is - gamma n : de_p0 / |de_p0|^2 where a point flows by gamma n beyond what is carried, and
+    (sigma_Y - sigma_eq)/(3 G) over the equivalent strain of de_p0 where it stays elastic with the stress sigma.
     """
     response, material = near.response, system.body.scene.material
     last, returned = response.kinematics.turned(carried.last.strain), response.returned
@@ -270,8 +272,10 @@ def _without(state: State, solve: Solve, refused: Objection, near_to: Near | Non
 
 
 def _joined(tried: list[Attempt]) -> Attempt:
-    """The last attempt with the passes and failures of all."""
-    failures = tuple(failure for attempt in tried for failure in attempt.failures)
-    strayed, spared = (any(which) for which in zip(*((own.strayed, own.spared) for own in tried), strict=True))
-    passes = sum(attempt.passes for attempt in tried)
-    return tried[-1]._replace(passes=passes, failures=failures, strayed=strayed, spared=spared)
+    """The last attempt with what was spent on, failed, strayed or was spared in any."""
+    return tried[-1]._replace(
+        passes=sum(attempt.passes for attempt in tried),
+        failures=tuple(failure for attempt in tried for failure in attempt.failures),
+        strayed=any(attempt.strayed for attempt in tried),
+        spared=any(attempt.spared for attempt in tried),
+    )

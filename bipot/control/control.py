@@ -17,8 +17,8 @@ class Control:
 
     ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments. Where a form did
     not converge, an increment by accuracy is halved up to ``spared`` times, if ``cuts`` allow, before the dissipation
-    program stands in: a pass of that takes the time of more than ten of Newton's, which often converges in half the
-    way. Where the shortest increments fail as well, it is tried on those longer ones before the march ends. Scheduled
+    program is tried: one of its passes takes longer than ten of Newton's, which often converges over half the length.
+    If the shortest increments fail too, the program is tried on the longer ones before the march ends. Scheduled
     increments are not halved as long as any form solves them.
     """
 

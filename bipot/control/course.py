@@ -23,13 +23,13 @@ class Course:
     """The current state of a march, and everything else that it carries from increment to increment.
 
     ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force
-    among them. Of increment control: between two scheduled pseudo-times ``size`` is the length of the next increment,
-    and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where increment control
-    begins anew. ``proposed`` is the length of the next increment chosen by an accuracy (:mod:`bipot.control.pacing`),
-    NaN without one. ``landed`` (c,) marks the candidates at whose landing an increment was cut since the last scheduled
-    pseudo-time. ``before`` is the last increment but one as the predictor sees it, NaN where unknown.
+    among them. The others serve increment control: between two scheduled pseudo-times ``size`` is the length of the
+    next increment, and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where
+    control begins anew. ``proposed`` is the length of the next increment chosen by an accuracy, NaN without one
+    (:mod:`bipot.control.pacing`). ``landed`` (c,) marks the candidates at whose landing an increment was cut since the
+    last scheduled pseudo-time. ``before`` is the last increment but one as the predictor sees it, NaN where unknown.
 
-    All are values: floats, whole numbers and read-only arrays whose shapes the scene fixes.
+    All fields are values: floats, whole numbers and read-only arrays whose shapes the scene fixes.
 
     Raises:
         SceneError: a wrong type, a negative count, an energy that is not finite, a ``largest`` below a force of the
@@ -53,9 +53,9 @@ class Course:
         for part in fields(self.energies):
             _require_finite(getattr(self.energies, part.name), f"course.energies.{part.name}")
         _require_finite(self.largest, "course.largest")
-        own = _largest_force(self.state)
-        allowed = f"at least {own:g}, the largest contact force of course.state"
-        require(not self.largest < own, "course.largest", self.largest, allowed)
+        present = max_abs(self.state.forces)
+        allowed = f"at least {present:g}, the largest contact force of course.state"
+        require(not self.largest < present, "course.largest", self.largest, allowed)
         for name in ("size", "uncut", "proposed"):
             value, field = getattr(self, name), f"course.{name}"
             require_number(value, field)
@@ -70,8 +70,16 @@ class Course:
     @staticmethod
     def of(state: State) -> Course:
         """The course of a march that begins at ``state``."""
-        none, nowhere = np.zeros(len(state.gap), dtype=np.bool_), Paced.unknown(state)
-        return Course(state, 0, Energies(), _largest_force(state), math.nan, math.nan, none, nowhere)
+        return Course(
+            state=state,
+            number=0,
+            energies=Energies(),
+            largest=max_abs(state.forces),
+            size=math.nan,
+            uncut=math.nan,
+            landed=np.zeros(len(state.gap), dtype=np.bool_),
+            before=Paced.unknown(state),
+        )
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
@@ -80,7 +88,7 @@ class Course:
             state=state,
             number=self.number + 1,
             energies=self.energies.after(start, state, solved),
-            largest=max(self.largest, _largest_force(state)),
+            largest=max(self.largest, max_abs(state.forces)),
             size=math.nan,
             uncut=math.nan,
             landed=np.zeros_like(self.landed),
@@ -89,13 +97,8 @@ class Course:
         )
 
     def scheduled(self) -> Course:
-        """The same course as at a scheduled pseudo-time."""
+        """The same course with increment control begun anew, as at a scheduled pseudo-time."""
         return replace(self, size=math.nan, uncut=math.nan, landed=np.zeros_like(self.landed))
-
-
-def _largest_force(state: State) -> float:
-    """The largest component of its contact forces."""
-    return max_abs(state.forces)
 
 
 def _require_finite(value: object, field: str) -> None:

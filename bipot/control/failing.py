@@ -14,17 +14,17 @@ from bipot.limit_analysis import collapse
 from bipot.programs.limit import Mechanism
 
 AHEAD = 1e-3
-"""Part of the path within which a load that is not carried explains why a march paced by accuracy ends: its increments
-become too short for the load at their end to be told from the one carried."""
+"""A load within this part of the path that is not carried explains why a march paced by accuracy ends: its increments
+become so short that the loads at their start and end cannot be told apart."""
 
 NEXT = 4.0
-"""A maximum of the load within so many lengths of the failed increment explains the failure."""
+"""A maximum of the load within this many lengths of the failed increment explains the failure."""
 
 
 def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahead: float) -> IncrementFailed:
-    """The error that says what failed after so many ``cuts``, with one sentence on what to change.
+    """The error that says what failed after the number ``cuts`` of halvings, with one sentence on what to change.
 
-    The load is followed as far ``ahead``, a pseudo-time not before the increment's end.
+    The load at the increment's end is examined, and that at the pseudo-time ``ahead``, not before the end.
     """
     system, state, tau = increment.system, increment.start, increment.tau
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({_decisive(attempt)}). "
@@ -34,8 +34,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     passed = _limit_passed(increment, failed, ahead)
     if passed is not None:
         return passed
-    told = isinstance(attempt.last, Refused | InvertedElement)
-    corner = None if told else cornered(increment)
+    is_explained = isinstance(attempt.last, Refused | InvertedElement)
+    corner = None if is_explained else cornered(increment)
     if corner is not None:
         more = corner
     elif system.loading.loads or system.body.scene.drives:
@@ -47,52 +47,50 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     elif isinstance(attempt.last, Refused):
         more = attempt.last.advice
     elif isinstance(attempt.last, InvertedElement):
-        more = (
-            "Remesh there: shorter increments fold the element too."
-            if cuts
-            else "Use more increments, or remesh there."
-        )
+        shorter = "Remesh there: shorter increments fold the element too."
+        more = shorter if cuts else "Use more increments, or remesh there."
     else:
         more = "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)
 
 
 def _decisive(attempt: Attempt) -> Reason:
-    """Why the attempt failed: in the words of its refusal or fold if there is one, else the last reason."""
-    found = isinstance(attempt.last, Refused | FoldedAnswer)
-    told = [reason for reason in attempt.failures if found and reason.said == str(attempt.last)]
-    return told[-1] if told else attempt.failures[-1]
+    """Why the attempt failed: the reason of its refusal or fold if there is one, else the last reason."""
+    if isinstance(attempt.last, Refused | FoldedAnswer):
+        said = (reason for reason in reversed(attempt.failures) if reason.said == str(attempt.last))
+        return next(said, attempt.failures[-1])
+    return attempt.failures[-1]
 
 
 def _limit_passed(increment: Increment, failed: str, ahead: float) -> LimitPassed | None:
-    """The proof that the load at the increment's end is not carried, or else that one ``ahead``; None without one."""
+    """The proof that the load at the increment's end, or else the load ``ahead``, is not carried; None without one."""
     space = increment.system.body.space
     for tau in dict.fromkeys((increment.tau, ahead)):
-        given_way = collapse(replace(increment, tau=tau))
-        if given_way is None:
+        mechanism = collapse(replace(increment, tau=tau))
+        if mechanism is None:
             continue
         return LimitPassed(
-            failed + _told(given_way, "it" if tau == increment.tau else f"that at tau = {tau:.6g}"),
+            failed + _proved(mechanism, "it" if tau == increment.tau else f"that at tau = {tau:.6g}"),
             increment.start,
-            ray=space.spread(given_way.v),
-            translation=space.beside(given_way.v),
-            fraction=given_way.carried,
+            ray=space.spread(mechanism.v),
+            translation=space.beside(mechanism.v),
+            fraction=mechanism.carried,
             tau=tau,
         )
     return None
 
 
-def _told(given_way: Mechanism, whose: str) -> str:
-    """What the mechanism proves of the load, and what to change."""
-    if given_way.carried == 0 and not given_way.rubs:
+def _proved(mechanism: Mechanism, load: str) -> str:
+    """What the mechanism proves of the ``load``, a word for it, and what to change."""
+    if mechanism.carried == 0 and not mechanism.rubs:
         return (
             "The load passes what contacts hold by any friction: without strain the body lifts off, tips over an edge, "
             "or pushes back what a force drives. Hold it by a support, press it harder, or load it elsewhere."
         )
-    if given_way.carried == 0:
+    if mechanism.carried == 0:
         return (
             "The load passes what friction holds: contacts slide or open, and the body moves without strain. "
             "Hold it by a support, press it harder, or give contacts that slide more friction."
         )
-    carried = f"in its present shape the body carries {given_way.carried:.6g} of {whose}"
+    carried = f"in its present shape the body carries {mechanism.carried:.6g} of {load}"
     return f"The load passes the limit load: {carried}. Drive it by displacements, or load it less."

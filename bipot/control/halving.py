@@ -1,4 +1,4 @@
-"""The attempts at an increment and at its parts, until one solves it, and what they came to."""
+"""Attempts at an increment and its halves until one is solved, with the passes and reasons of all attempts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bipot.iterate import Increment
 class Found(NamedTuple):
     """An increment and the attempt that solved it, after ``cuts``; passes and reasons are those of all attempts.
 
-    ``estimate`` is that of the error of ``solved`` (:mod:`bipot.control.estimate`), NaN where nobody asks for it.
+    ``estimate`` is the estimated error of ``solved`` (:mod:`bipot.control.estimate`), NaN where it is not asked for.
     """
 
     increment: Increment
@@ -31,9 +31,9 @@ class Found(NamedTuple):
 
 
 class Halving:
-    """Attempts at increments of the length ``uncut`` or less and their sums, by ``attempt(part, sparing, halves)``.
+    """Attempts at increments of the length ``uncut`` or less, by ``attempt(part, sparing, halves)``, and their sums.
 
-    ``spared`` are the increments that failed without the program they were spared (:mod:`bipot.control.attempting`).
+    ``spared`` are increments that failed while a program was left out (:mod:`bipot.control.attempting`).
     """
 
     def __init__(self, attempt: Callable[[Increment, bool, bool], Attempt], uncut: float) -> None:
@@ -42,7 +42,7 @@ class Halving:
         self.spared = list[Increment]()
 
     def tried(self, increment: Increment, sparing: bool = False, halves: bool = False) -> Found | Attempt:
-        """What an attempt found; itself if it has failed."""
+        """What an attempt found; the attempt itself if it has failed."""
         attempt = self.attempt(increment, sparing, halves)
         self.passes += attempt.passes
         self.reasons += attempt.failures
@@ -53,11 +53,11 @@ class Halving:
         return Found(increment, attempt, attempt.solved, self.uncut, self.cuts, self.passes, tuple(self.reasons))
 
     def cut(self, tau: float) -> None:
-        """The increment to ``tau`` is cut."""
+        """Count a cut of the increment that ends at ``tau``."""
         self.cuts += 1
         self.reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
 
     def unspared(self) -> Found | None:
-        """What a program finds of the increments that were spared it: it may fail on shorter ones alone."""
-        tried = (self.tried(whole) for whole in tuple(self.spared))
+        """What a program finds in the increments for which it was left out: it may fail on the shorter ones alone."""
+        tried = (self.tried(increment) for increment in tuple(self.spared))
         return next((found for found in tried if isinstance(found, Found)), None)

@@ -1,24 +1,24 @@
 r"""How far friction lags behind slip that turns: the part of the error of an increment that is of order one.
 
-Friction opposes the slip of the whole increment, but its force is one of the end. Where slip turns in the surface, as
-under a tool that twists while it presses, friction lags by half the angle that slip turns by in the increment. The lag
-is a force d, and it has the energy L,
+Friction opposes the mean slip of the whole increment, but acts as the force of its end. Where slip turns in the
+surface, as under a tool that twists while it presses, friction lags by half the angle that slip turns by in the
+increment. The lag is a force d, and it has the energy L,
 
     d = (r_t - |r_t| t_0) / 2 . 2 h/(h + h_0),        L = sum_c |d . du|,
 
-t_0 the direction of friction in the last increment, turned with the tool, du the displacement of the body's point
-beyond that of a body that supports and tools carry, and h, h_0 the lengths of the two increments at one pace:
-directions are those of the middles. Points that stick, land or slide back do not count. In a plane there is no other
-direction.
+with t_0 the direction of friction in the last increment, turned with the tool, du the displacement of the body's point
+beyond that of a body that supports and tools carry, and h, h_0 the lengths of this increment and the last one at one
+pace; the factor 2 h/(h + h_0) is there because directions belong to the middles of increments. Points that stick, land
+or slide back do not count. In a plane slip cannot turn.
 
-The error of the force is the part
+The relative error of the force is
 
-    (L + D f) / (W + D),        f = sum_c |d| / sum_c r_n
+    (L + D f) / (W + D),        f = sum_c |d| / sum_c r_n,
 
-of the force, W the work of strain and D that of friction. Where strain does the work it is L/W, what the lag makes of
-the power of the body, that is of the force that strains it. Where friction does it, as under a lid that spins on a body
-which it no longer strains, L and W are what is left of zero and their ratio says nothing; the friction that lags is
-then the part f of the force that presses it.
+with W the work of strain and D that of friction. Where strain does the work it is L/W, the part of the body's power,
+and so of the force that strains it, that the lag changes. Where friction does the work, as under a lid that spins on a
+body which it no longer strains, L and W are remainders of zero and their ratio means nothing; the friction that lags is
+then the part f of the force that presses the lid.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ from bipot.tensors import norm
 from bipot.typing import Floats
 
 LEAST_SLIP = 1e-6
-"""Over the motion expected in the increment: a smaller slip is that of a point that sticks."""
+"""A slip smaller than this, over the motion expected in the increment, is that of a point that sticks."""
 
 
 class Lag(NamedTuple):
-    """The energy L of the lag, the part f and the work D of friction (module docstring) of an increment."""
+    """The energy L of an increment's lag, the part f of friction, and the work D of friction (module docstring)."""
 
     energy: float = 0.0
     part: float = 0.0
     friction: float = 0.0
 
     def share(self, strained: float) -> float:
-        """The error of the force, a fraction of it, where strain does the work ``strained``."""
+        """The relative error of the force, where strain does the work W = ``strained``."""
         work = strained + self.friction
         return (self.energy + self.friction * self.part) / work if work > 0 else 0.0
 
@@ -58,16 +58,17 @@ def lag(start: State, solved: Solved) -> Lag:
         return Lag()
     now = contacts.vectors(_tangential(solved.r), iterate.frames)
     then = contacts.vectors(_tangential(start.forces), contacts.frames_at(start.nodes, increment.tools.placed))
-    then = _along(_with_tools(solved, then), iterate.frames[:, 0])
-    size, last = norm(now), norm(then)
+    then, normals = _with_tools(solved, then), iterate.frames[:, 0]
+    then = then - np.vecdot(then, normals)[:, None] * normals
     slides = norm(iterate.motion[:, 1:]) > LEAST_SLIP * increment.units.length
-    on = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
-    ratio = np.divide(size, last, out=np.zeros_like(size), where=on)
-    behind = (now - ratio[:, None] * then)[on] * (length / (length + increment.past.length))
-    beyond = solved.response.du - increment.tools.gone
-    pressed = float(np.abs(contacts.parts.spread(solved.r)[on, 0]).sum())
+    counted = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
+    now, then = now[counted], then[counted]
+    ratio = norm(now) / norm(then)
+    behind = (now - ratio[:, None] * then) * (length / (length + increment.past.length))
+    beyond = contacts.met.motion(solved.response.du - increment.tools.gone)[counted]
+    pressed = float(np.abs(contacts.parts.spread(solved.r)[counted, 0]).sum())
     return Lag(
-        energy=float(np.abs(np.vecdot(behind, contacts.met.motion(beyond)[on])).sum()),
+        energy=float(np.abs(np.vecdot(behind, beyond)).sum()),
         part=float(norm(behind).sum()) / pressed if pressed > 0 else 0.0,
         friction=float(np.abs(np.vecdot(solved.r[:, 1:], iterate.motion[:, 1:])).sum()),
     )
@@ -79,14 +80,9 @@ def _tangential(r: Floats) -> Floats:
 
 
 def _with_tools(solved: Solved, vectors: Floats) -> Floats:
-    """Vectors (w, 3) where tools are met, turned as these turn in the increment."""
+    """Vectors (w, 3) at parts of candidates, turned as the tools that these meet turn in the increment."""
     contacts, out = solved.iterate.increment.system.candidates, vectors.copy()
     owner = contacts.tool[contacts.parts.owner]
     for k, (tool, advance) in enumerate(zip(contacts.scene.tools, solved.iterate.advance, strict=True)):
         out[owner == k] = tool.turned(vectors[owner == k], advance)
     return out
-
-
-def _along(vectors: Floats, normals: Floats) -> Floats:
-    """Vectors (w, 3) without their components along the normals (w, 3)."""
-    return vectors - np.vecdot(vectors, normals)[:, None] * normals

@@ -24,7 +24,7 @@ from bipot.iterate import Increment
 from bipot.typing import Bools, Floats, Ints, make_floats
 
 FIRST_LOOK = 0.9
-"""Where to look for the event between an open start and a first trial that is closed."""
+"""Where, between an open start and an end with the candidate closed, to look if the expected rate overshoots."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Locate:
 
 @dataclass(frozen=True)
 class Landing:
-    """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node."""
+    """The increment that ends where the first candidate lands: its end, how it was solved, candidate and node."""
 
     tau: float
     attempt: Attempt
@@ -58,7 +58,7 @@ class Landing:
 
 
 def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
-    """Candidates with a gap (c,) above ``none`` at the start of an increment that carry force r (c, d) at its end.
+    """Candidates with a gap (c,) above ``none`` at the start of an increment, which carry force r (c, d) at its end.
 
     >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
     array([0])
@@ -75,52 +75,52 @@ def locate(
 ) -> tuple[Landing | None, int]:
     """The first landing in the ``increment`` solved by ``solved``, and the passes spent on the search.
 
-    ``solve`` attempts the increment with another end; ``known`` (c,) marks candidates not to locate again. The landing
-    is None, and the increment stays whole, if nothing lands, the event is in a margin, or the search fails.
+    ``solve`` attempts the increment with another end; ``known`` (c,) marks candidates not to be located again. The
+    landing is None, and the increment stays whole, if nothing lands, the event is in a margin, or the search fails.
     """
     system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
     none = how.tolerance * increment.units.length
-    start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
-        closed = newly_closed(start_gap, found.r, none)
+        closed = newly_closed(state.gap, found.r, none)
         return closed[~known[closed]]
 
-    landed, passes, end = landings(solved), 0, tau - how.margin * length
+    landed, passes, latest = landings(solved), 0, tau - how.margin * length
+    # Sought between ``low``, the margin or an end with all still open, and ``high``, an end with a candidate closed.
     low, high = state.tau + how.margin * length, tau
-    last, gap, rate = state.tau, start_gap, _expected_rate(increment)
+    last, gap, rate = state.tau, state.gap, _expected_rate(increment)
     for _ in range(how.solves if landed.size else 0):
-        middle = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
-        if middle >= high:
-            # A secant that overshoots comes near; one that keeps overshooting is halved.
-            middle = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
-        attempt = solve(replace(increment, tau=middle))
+        end = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
+        if end >= high:
+            # Where the expected rate overshoots the event is often late; where a secant does, bisection is safe.
+            end = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
+        attempt = solve(replace(increment, tau=end))
         passes += attempt.passes
         if attempt.solved is None:
             break
         earlier = landings(attempt.solved)
         if earlier.size:
-            landed, high = earlier, middle
+            landed, high = earlier, end
         else:
-            now = attempt.solved.iterate.motion[:, 0]
-            rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
-            first = int(landed[np.argmin(now[landed])])
-            if now[first] <= none and middle <= end:
-                return Landing(middle, attempt, attempt.solved, first, int(system.candidates.node[first])), passes
-        if low >= end or high - low <= how.tolerance * length / 4:
+            end_gap = attempt.solved.iterate.motion[:, 0]
+            rate, last, gap, low = (end_gap - gap) / (end - last), end, end_gap, end
+            first = int(landed[np.argmin(gap[landed])])
+            if gap[first] <= none and end <= latest:
+                return Landing(end, attempt, attempt.solved, first, int(system.candidates.node[first])), passes
+        if low >= latest or high - low <= how.tolerance * length / 4:
             break
     return None, passes
 
 
 def _expected_rate(increment: Increment) -> Floats:
-    """dg/dtau (c,) in the increment: by the velocity that led to its start and the tools' paths."""
+    """dg/dtau (c,) in the increment, by the body's velocity that led to its start and the tools' paths."""
     rows, start = increment.rows, increment.start
     body = rows.G_n @ increment.system.body.space.gather(increment.past.rates)
     return body + (rows.gap - start.gap) / (increment.tau - start.tau)
 
 
 def _first(gap: Floats, rate: Floats) -> float:
-    """The time at which the first of the gaps closes at these rates; inf if none closes."""
+    """How long it takes at these rates until the first of the gaps closes; inf if none closes."""
     closing = rate < 0
     return float(np.min(gap[closing] / -rate[closing], initial=np.inf))

@@ -18,7 +18,7 @@ class ReasonKind(Enum):
     NOT_CONVERGED = "not converged"
     """Measures stayed above their bounds."""
     PROGRAM = "program"
-    """A program was singular, unbounded or not solved."""
+    """A program was singular, infeasible, unbounded or not solved."""
     FOLDED = "folded"
     """An iterate or the answer had an element that is folded."""
     DISSIPATION = "dissipation"
@@ -26,6 +26,7 @@ class ReasonKind(Enum):
     FLOW = "flow"
     """The last flow was not carried on."""
     CUT = "cut"
+    """The increment was halved."""
     ACCURACY = "accuracy"
     """Shortened because its estimated error was above the accuracy."""
     LANDING = "landing"
@@ -46,11 +47,14 @@ class Reason:
     @staticmethod
     def of(form: FormName, failure: Exception) -> Reason:
         """Why ``form`` failed."""
-        kinds = {UnsuitedForm: ReasonKind.UNSUITED, NotConverged: ReasonKind.NOT_CONVERGED}
-        kinds |= {InvertedElement: ReasonKind.FOLDED}
+        kinds = {
+            UnsuitedForm: ReasonKind.UNSUITED,
+            NotConverged: ReasonKind.NOT_CONVERGED,
+            InvertedElement: ReasonKind.FOLDED,
+        }
         kind = next((kind for error, kind in kinds.items() if isinstance(failure, error)), ReasonKind.PROGRAM)
         return Reason(kind, str(failure), form, getattr(failure, "residuals", None) or {})
 
     def __str__(self) -> str:
-        """The sentence, after the form's name where it is one form's."""
+        """The sentence, after the name of the form if it is about one."""
         return self.said if self.form is None else f"{self.form.value}: {self.said}"

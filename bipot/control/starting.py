@@ -22,19 +22,19 @@ PLACED = 1e-9
 """Distance (over the body size) of nodes from the positions given by supports and stored gaps: round-off."""
 
 YIELDED = 1e-8
-"""Relative distance of a stress outside the yield surface, or of its pressure from that of the elements."""
+"""Relative distance of a stress outside the yield surface, or of its pressure from what elements can represent."""
 
 BALANCED = 1e-3
 """Imbalance of a start's contact forces and stress, relative to the largest nodal sum of |element forces|.
 
-It is far above accepted imbalances, and far below what would change a scale."""
+It is far above the imbalance of accepted increments, and far below what would distort the scale of contact forces."""
 
 
 def course_of(start: State | Course | None, system: System, equilibrium: float) -> Course:
     """The course from which a march starts: the given one, one that begins at a state, or for None one at rest.
 
     Raises:
-        SceneError: another type; as :func:`require_start`; of a course that has other arrays than the scene's, a length
+        SceneError: another type; as :func:`require_start`; a course with arrays that do not fit the scene, a length
             beyond the end of the path, or a last increment that did not begin before its end, naming the field.
     """
     if start is None:
@@ -50,7 +50,7 @@ def course_of(start: State | Course | None, system: System, equilibrium: float) 
     _require_like(start.landed, at_rest.landed, "start.landed")
     _require_like(before.velocity, at_rest.before.velocity, "start.before.velocity")
     require(not before.tau >= tau, "start.before.tau", before.tau, f"below start.state.tau, {tau:g}")
-    # Where all goes on many times as fast, what was before is a moment ago.
+    # Seen at a pace many times as fast, both come so near to now that round-off may make them equal.
     allowed = f"at most start.before.tau, {before.tau:g}"
     require(not before.middle > before.tau, "start.before.middle", before.middle, allowed)
     return start
@@ -60,13 +60,13 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     """Refuse a start state of another scene: its arrays, held nodes and gaps to tools must be those of this scene.
 
     Its contact forces must balance its stress within :data:`BALANCED`, or within the march's bound on ``equilibrium``
-    if that is larger; with the loads, or at the beginning of the path without them. Where nothing may touch the body
-    they set no scale: a stress out of balance relaxes in the first increment.
+    if that is larger; with the loads, or at the beginning of the path also without them. Where nothing may touch the
+    body there are no contact forces to set a scale, and a stress out of balance relaxes in the first increment.
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
-            elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield
-            surface, contact forces that its stress does not balance; the message names the field.
+            elsewhere, gaps that are not those to the tools, a length that is neither 0 nor from SHORTEST to 1, a stress
+            outside the yield surface, contact forces that its stress does not balance; the message names the field.
     """
     scene, at_rest = system.body.scene, system.rest()
     require_number(start.tau, "start.tau")
@@ -90,7 +90,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
     contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
-    # The gaps of a start have round-off of motions, these that of places: much, where a circle is large.
+    # Gaps of a start have the round-off of motions, distances that of places, which is large for a large circle.
     off = np.abs(start.gap - contacts.distance(*at)) - ROUND_OFF * contacts.faces.places(
         contacts.met.places(at[0]), at[1]
     )
@@ -124,13 +124,13 @@ def _require_pressure(start: State, system: System) -> None:
 
 
 def _require_balanced(start: State, system: System, tolerance: float) -> None:
-    """Require contact forces that the stress balances, because the largest so far is a scale for later ones.
+    """Require contact forces that the stress balances, because the largest force so far is a scale for later ones.
 
-    Equilibrium is asked where the scene's configuration asks for it.
+    They must balance in the configuration in which the scene asks for equilibrium.
     """
     body, contacts = system.body, system.candidates
-    blind = not start.forces[~contacts.tangent_free, 1:].any()
-    require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
+    none_where_held = not start.forces[~contacts.tangent_free, 1:].any()
+    require(none_where_held, "start.forces", "tangential ones", "zero where supports hold a node against them")
     nodes = body.scene.balanced(start.nodes - start.du, start.du)
     try:
         placed = body.space.gradients(nodes)
@@ -140,7 +140,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
     at = start.nodes, body.scene.placed(start.tau, start.translation)
     pushed = body.space.vector(forces) - contacts.load(start.forces, *at)
-    # What is on at tau = 0 comes in no time, in the first increment: a start there carries it, or does not yet.
+    # Loads that are on at tau = 0 come in the first increment: a start there carries them already, or not yet.
     carried = [loads] if start.tau > 0 else [loads, np.zeros_like(loads)]
     off = min(_size(body.space, pushed - load) for load in carried)
     scale = body.space.force_scale(forces, body.space.spread(loads))
@@ -148,17 +148,17 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     moved = float(norm(start.du).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
-    # Where no balance is asked of no force at all, inf times zero would be no number.
+    # Written so that inf (no bound) times a scale of zero, which is NaN, refuses nothing.
     require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
 
 
 def _size(space: Space, residual: Floats) -> float:
-    """The largest nodal residual of unknowns (n,); of tools that are driven by the same scale, which is near enough."""
+    """The largest residual (n,) of nodes and driven tools, for which the nodes' scale is near enough."""
     return max(float(norm(space.spread(residual)).max()), max_abs(space.beside(residual)))
 
 
-def _require_like(given: ArrayLike, own: Floats | Bools, field: str) -> None:
-    """The shape of the scene's own array, and finite."""
-    shape = np.shape(given)
-    require(shape == own.shape, field, f"of shape {shape}", f"of shape {own.shape}, as in the scene")
+def _require_like(given: ArrayLike, at_rest: Floats | Bools, field: str) -> None:
+    """Require finite numbers in the shape of the scene's array ``at_rest``."""
+    shape, allowed = np.shape(given), f"of shape {at_rest.shape}, as in the scene"
+    require(shape == at_rest.shape, field, f"of shape {shape}", allowed)
     require(bool(np.isfinite(np.asarray(given)).all()), field, "NaN or infinite", "finite")

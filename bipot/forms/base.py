@@ -2,7 +2,7 @@
 
 A form turns an iterate and its contact forces into the next ones. What it carries from pass to pass is its state, a
 value: ``init`` makes it from the iterate at which an increment starts, and every ``step`` returns a new one. All else
-in an increment is shared by the forms, so comparisons between them are fair.
+in an increment is shared by the forms, so that comparisons between them are fair.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ class FormName(Enum):
 class Step:
     """One pass: the next iterate, contact forces r (c, d) of all candidates, the solver's claim, and the cost.
 
-    ``coupled`` tells how friction was coupled to the normal forces. ``posed`` is the distance of the answer from the
-    contact law that the form *poses*, over the largest force, where that is not Coulomb's. Acceptance then requires
+    ``coupled`` says how friction was coupled to the normal forces. If the form *poses* another contact law than
+    Coulomb's, ``posed`` is the distance of the answer from that law, over the largest force; acceptance then requires
     this law, equilibrium and yield, and the certificate is only reported. None stands for Coulomb's law, with which the
     whole certificate is required. ``error`` is the distance from equilibrium and the law together, over the contact
-    forces; inf where the form does not compute it.
+    forces; inf if the form does not compute it.
     """
 
     iterate: Iterate
@@ -64,9 +64,7 @@ class Step:
 
 @dataclass
 class Cache:
-    """Data computed once in a run (orderings and patterns), the predictor, and what solvers keep of the last program.
-
-    It belongs to the march."""
+    """What a march keeps: orderings and patterns, computed once, the predictor, and the solvers' last programs."""
 
     pace: Pace = field(default_factory=Pace)
     handles: dict[FormName, Handle] = field(default_factory=dict)
@@ -76,14 +74,14 @@ class Cache:
     _frames: tuple[bytes, Frames] | None = None
 
     def begin(self, before: Paced) -> None:
-        """Begin an increment, ``before`` the last but one: nothing is kept that depends on others' numbers."""
+        """Begin an increment, with ``before`` the last but one; drop what depends on numbers of earlier increments."""
         self.pace = Pace(before)
         self.handles.clear()
 
     def split(self, program: TangentProgram) -> Split:
         """The split of the run's stiffness pattern on the unknowns that contact rows touch."""
         K, kept = sp.csc_matrix(program.K), touched(program.contact.rows, len(program.f))
-        # The last one only: a run meets many sets of candidates, and each split is as large as the pattern.
+        # Only the last one is kept: a run meets many sets of candidates, and a split is as large as the pattern.
         if self._split is None or not np.array_equal(self._split.kept, kept):
             self._split = Split.of(K, kept)
         return self._split
@@ -92,24 +90,21 @@ class Cache:
         """The setup of Newton for the run, and the frames of the contacts."""
         if self._setup is None:
             self._setup = Setup.of(iterate.increment.system, self._ordered(iterate))
-        return self._setup, self._held(iterate.rows, self._setup.pattern)
+        return self._setup, self.frames(iterate.rows, iterate)
 
     def frames(self, rows: ContactRows, iterate: Iterate) -> Frames:
-        """Where the contact ``rows`` of a program posed at an iterate sit in the run's stiffness."""
-        return self._held(rows, self._ordered(iterate))
+        """Where contact ``rows`` of a program posed at an iterate sit in the run's stiffness; kept for equal rows."""
+        parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
+        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional, rows.dragged))
+        if self._frames is None or self._frames[0] != key:
+            self._frames = key, Frames.of(rows, self._ordered(iterate))
+        return self._frames[1]
 
     def _ordered(self, iterate: Iterate) -> Pattern:
         """The run's stiffness pattern in its order of elimination."""
         if self._pattern is None:
             self._pattern = ordered(iterate.increment.system.body.space)
         return self._pattern
-
-    def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:
-        parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
-        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional, rows.dragged))
-        if self._frames is None or self._frames[0] != key:
-            self._frames = key, Frames.of(rows, pattern)
-        return self._frames[1]
 
 
 @runtime_checkable
@@ -120,9 +115,9 @@ class Form(Protocol[S]):
     """Its name in the history."""
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> S:
-        """The state before the first pass of an increment, which starts from ``iterate`` and forces r (c, d)."""
+        """The state before the first pass of an attempt, which starts from ``iterate`` and forces r (c, d)."""
         ...
 
     def step(self, iterate: Iterate, r: Floats, state: S) -> tuple[Step, S]:
-        """One pass from the last step's iterate and forces, or the first; raises ProgramError and its kin."""
+        """One pass, from the last step's iterate and forces or the first ones; may raise any error of an attempt."""
         ...

@@ -1,4 +1,4 @@
-"""The tangent model reduced to its contacts, each pass a discrete Coulomb problem for any solver of bipot.coulomb."""
+"""The form `delassus`: the tangent model reduced to its contacts, a discrete Coulomb problem for bipot.coulomb."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from bipot.response import TangentKind
 from bipot.typing import Floats
 
 USABLE = 1e-8
-"""An answer short of its tolerance but within this residual is passed on as ALMOST: the certificate re-checks it."""
+"""An answer that misses its tolerance but has at most this residual is accepted as ALMOST: the certificate decides."""
 
 PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
-"""Steps are counted and not timed, so that a march is the same on every machine."""
+"""Limits by steps and not by time, so that a march is the same on every machine."""
 
 FIRST, *REST = DEFAULT_CHAIN
 CHAIN = tuple(stage for stage in REST if not isinstance(stage.solver, GaussSeidel))
-"""Solvers tried after the first one; W is full, for which sweeps over its contacts take the longest."""
+"""Solvers tried after the first one, without sweeps over contacts, which take longest because W is full."""
 
 
 @dataclass(frozen=True)
 class Delassus:
-    """Exact Coulomb friction on the quadratic model by one discrete solver, or by ``solve()``'s chain (None).
+    """Exact Coulomb friction on the quadratic model by one discrete ``solver``, or if None by the chain of ``solve()``.
 
     Newton converges quadratically, so the first solver of the chain must reach ``limits.tol``. The others may converge
     linearly and need only reach a usable answer, from which the next pass continues.
@@ -45,14 +45,14 @@ class Delassus:
         require(isinstance(self.limits, Limits), "delassus.limits", self.limits, "a Limits of bipot.coulomb")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
-        """Before the first pass."""
+        """The state before the first pass."""
         return Posed.of(iterate, r, cache)
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
-        """One pass, started from the forces of the last.
+        """One pass, started from the last forces.
 
         Raises:
-            NotConverged: the solver's own sentence.
+            NotConverged: no usable answer, with the solver's reason.
             ProgramError: from the reduction.
         """
         clock, state = Stopwatch(), state.at(iterate)
@@ -77,6 +77,7 @@ class Delassus:
         return Step(there, forces, outcome, found.iterations, timing, state.coupling.report), state
 
     def _find(self, reduced: Reduced, start: Floats) -> CoulombSolution:
+        """The answer of the chosen solver, or else of the first one in the chain that reaches a usable one."""
         first = FIRST.solver if self.solver is None else self.solver
         found = run(first, reduced.problem, self.limits, start)
         if self.solver is not None or found.residual() <= USABLE:

@@ -1,8 +1,8 @@
 """The form `dissipation`: exact contact with a frozen threshold or shift, the material as its plastic dissipation.
 
-A pass takes one Newton step of the tangent model at its program's answer, and keeps it only if equilibrium and the
-exact law are then met better. Where the interior-point answer of a pass is no nearer to the solution than the last
-one, it takes more steps.
+After its program, a pass takes one Newton step of the tangent model at the answer, and keeps it only if equilibrium and
+the exact law are then met better. Where the answer is still hardly nearer to the solution than the start of the pass,
+it takes more steps.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import (
     Posed,
     Tried,
+    coupled,
     distance_of,
     error_of,
-    gone_on,
     require_solver,
     softly_placed,
     solved,
@@ -44,8 +44,8 @@ gains a factor of three at worst, measured on T6 with a mean volume change, of t
 class Dissipation:
     """Plastic strain as a variable, one second-order cone per point; globally convergent at a frozen threshold.
 
-    With ``polished``, a pass ends with the Newton steps described above. ``safeguard`` says when the fixed point of
-    friction is damped or accelerated.
+    With ``polished``, a pass ends with Newton steps (:mod:`bipot.forms.dissipation`). ``safeguard`` says when the fixed
+    point of friction is damped or accelerated.
     """
 
     solver: ConicSolver = Clarabel()
@@ -61,7 +61,7 @@ class Dissipation:
         require_type(self.safeguard, Safeguard, "dissipation.safeguard")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
-        """Before the first pass."""
+        """The state before the first pass."""
         return Posed.of(iterate, r, cache, self.safeguard)
 
     def program(self, iterate: Iterate, r: Floats, state: Posed) -> DissipationProgram:
@@ -94,7 +94,7 @@ class Dissipation:
 def _polished(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
     """The answer ``tried`` after one Newton step, or more while it is hardly nearer than the start of the pass.
 
-    The error of an interior-point answer does not depend on how near the pass began.
+    More may be needed near the solution: the error of an interior-point answer does not fall with that of the start.
     """
     enough = np.inf if state.distance is None else state.distance / 2
     for _ in range(STEPS):
@@ -105,15 +105,15 @@ def _polished(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
 
 
 def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
-    """The answer ``tried`` after one Newton step of the tangent model, if that is nearer to balance and law.
+    """The answer ``tried`` after one Newton step of the tangent model, if that is nearer to equilibrium and law.
 
-    ``iterate`` and r are those of the pass, whose threshold the model has.
+    ``iterate`` and r are the start of the pass, from which the model has its threshold.
     """
     there, units = tried.iterate, state.units
     terms = state.turned(tried.iterate).terms(iterate, r)
     try:
         program = tangent_program(there, terms, state, TangentKind.CONSISTENT, clock)
-        found = gone_on(program, there, tried.r, state)
+        found = coupled(program, there, tried.r, state)
         if found is None:
             return tried
         forces = state.spread(found[1] * units.force)

@@ -20,11 +20,11 @@ BOUNDED = 0.3
 """Change of the velocity, over its norm, up to which it is extrapolated."""
 
 FASTER = 1.05
-"""The acceleration of the motion from one increment to the next from which a maximum of the load is inferred."""
+"""Ratio of the velocities of two increments above which a maximum of the load is inferred."""
 
 
 def ordered(space: Space) -> Pattern:
-    """The stiffness pattern of a body in its order of elimination, by where the nodes are at rest."""
+    """The stiffness pattern of a body in its order of elimination, chosen by the places of nodes at rest."""
     nodes = space.mesh.nodes
     places = np.full((space.size, nodes.shape[1]), np.nan)
     places[: len(space.free)] = np.repeat(nodes, nodes.shape[1], axis=0)[space.free]
@@ -35,10 +35,10 @@ def ordered(space: Space) -> Pattern:
 class Setup:
     """The data that a run computes once: ordered pattern, scatter of element matrices into its data, scale, and memory.
 
-    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (for tools' coordinates the mean), SOFTENED: it
-    balances forces against motions, alike wherever a run begins. ``spins`` (s,) are the unknowns that are turns of
-    tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data, ``pushed`` (m,) the unknowns
-    that tools go by along forces.
+    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (for tools' coordinates the mean) times SOFTENED: it
+    balances forces against motions, in the same way wherever a run begins. ``spins`` (s,) are the unknowns that are
+    turns of tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data, and ``pushed`` (m,)
+    the unknowns that are motions of tools along forces.
     """
 
     space: Space
@@ -58,7 +58,7 @@ class Setup:
         scratch = body.scratch()
         at_rest = body.respond(system.rest(), np.zeros(space.size))
         diagonal = space.matrix(body.tangent(at_rest, scratch)).diagonal()
-        # A contact of a held node with a tool that is driven has no other unknown than that.
+        # A contact of a held node with a driven tool has no unknown but the tool's coordinates.
         diagonal[len(space.free) :] = diagonal[: len(space.free)].mean()
         spins = np.flatnonzero(body.scene.drives.spins)
         held = pattern.place[space.diagonal[spins]]
@@ -67,34 +67,36 @@ class Setup:
         return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held, along)
 
     def data(self, element: Floats) -> Floats:
-        """Sum element matrices (e, dk, dk), or all their entries with those of couplings behind, into row-wise data
-        (nnz + 1,), the last entry for held unknowns."""
+        """Row-wise data (nnz + 1,), the last entry for held unknowns, summed from element matrices (e, dk, dk), or from
+        all their entries followed by those of couplings."""
         place, weights = self.scatter[: element.size], self.space.along(element)
         data = np.bincount(place, weights=weights, minlength=len(self.pattern.place) + 1)
         return np.asarray(data, dtype=np.float64)
 
     def hold(self, data: Floats, resisted: Bools) -> None:
-        """Put a spring on those of the ``spins`` (s,) which nothing resists, without tension where they are.
+        """Put a spring, without tension at the iterate, on those of the ``spins`` (s,) that are not ``resisted`` (s,).
 
-        A roll that touches nothing then rests, and the spring does not change the solution of one that does.
+        A roll that touches nothing then rests, and the solution of a roll that touches something does not change.
         """
         data[self.held[~resisted]] += self.stiffness[self.spins[~resisted]]
 
     def scale(self, frames: Frames) -> Floats:
-        """Stiffness (c,) of the contacts' unknowns; that of tools' coordinates where no other unknown is free.
+        """Stiffness (c,) of each contact's nodes; of its tool's coordinates where no node is free.
 
         A mean over a graded body would be off by orders of magnitude at its contacts.
         """
         body = self.stiffness.copy()
         body[len(self.space.free) :] = 0.0
-        own = frames.largest(body)
-        return np.where(own > 0, own, frames.largest(self.stiffness))
+        nodal = frames.largest(body)
+        return np.where(nodal > 0, nodal, frames.largest(self.stiffness))
 
 
 @dataclass(frozen=True)
 class Paced:
-    """An accepted increment as the predictor sees it: its end, its middle, and the velocities of nodes and translations
-    (a d + m,), read-only. An unknown end is NaN, and so is a middle whose beginning or end is unknown.
+    """An accepted increment as the predictor sees it: its end ``tau``, its middle, and its velocity.
+
+    The velocity (a d + m,) of nodes and driven tools is read-only. An unknown end is NaN, and so is a middle whose
+    beginning or end is unknown.
     """
 
     tau: float
@@ -116,7 +118,7 @@ class Paced:
         return Paced(state.tau, (self.tau + state.tau) / 2, state.rates)
 
     def at_pace(self, quicker: float, now: float) -> Paced:
-        """The same increment if all up to the pseudo-time ``now`` had gone ``quicker`` times as fast."""
+        """The same increment as if everything up to the pseudo-time ``now`` had gone ``quicker`` times as fast."""
         if quicker == 1:
             return self
         tau, middle = (now - (now - then) / quicker for then in (self.tau, self.middle))
@@ -127,15 +129,15 @@ class Paced:
 class Pace:
     """Predicts an increment's motion: the velocity extrapolated linearly from the last two increments.
 
-    The velocity of an increment is that of its middle. Where it changes by more than BOUNDED of itself (first yield,
-    a landing, a reversal) the last velocity is kept. ``before`` is the last increment but one, None if unknown. Both
-    are seen at the pace of the increment (:mod:`bipot.scene.paces`).
+    The velocity of an increment is taken as that at its middle. Where it changes by more than BOUNDED of itself (first
+    yield, a landing, a reversal) the last velocity is kept. ``before`` is the last increment but one, None if unknown.
+    Both increments are seen at the pace of the one to be predicted (:mod:`bipot.scene.paces`).
     """
 
     before: Paced | None = None
 
     def predict(self, increment: Increment) -> Floats:
-        """Displacements, node by node, and translations (a d + m,) of the ``increment``."""
+        """Displacements in the ``increment``, node by node, and motions of driven tools (a d + m,)."""
         before, last = self._seen(increment)
         start, velocity = increment.start, last.velocity
         over = last.middle - before.middle
@@ -147,10 +149,9 @@ class Pace:
         return velocity * (increment.tau - start.tau)
 
     def maximum(self, increment: Increment) -> float | None:
-        """The pseudo-time of a maximum of the load, inferred from the acceleration towards the ``increment``.
+        """The pseudo-time of a maximum of the load, inferred from the acceleration up to the ``increment``, or None.
 
-        None without one. Near a maximum at tau_c, |velocity| grows as (tau_c - tau)^(-1/2), so |velocity|^-2 goes to
-        zero linearly.
+        Near a maximum at tau_c, |velocity| grows as (tau_c - tau)^(-1/2), so that |velocity|^-2 goes to zero linearly.
         """
         before, last = self._seen(increment)
         over = last.middle - before.middle
@@ -160,7 +161,7 @@ class Pace:
         return last.middle + over / (fast / slow - 1)
 
     def _seen(self, increment: Increment) -> tuple[Paced, Paced]:
-        """The last two increments, of which the second led to the start of the ``increment``, at its pace."""
+        """The last two increments before the ``increment``, as seen at its pace."""
         state, before = increment.start, self.before or Paced.unknown(increment.start)
         quicker = increment.past.quicker
         return before.at_pace(quicker, state.tau), before.next(state).at_pace(quicker, state.tau)

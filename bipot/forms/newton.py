@@ -25,21 +25,21 @@ from bipot.typing import Floats, make_floats, max_abs, vdot
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
 
-UNTOLD = 1e-14
-"""Over places and displacements, gaps and slips that are round-off of these."""
+FAINT = 1e-14
+"""Gaps and slips below this part of the largest place and displacement are round-off of these."""
 
 BAND_LAW = 1e-10
-"""Dead band of the gap in units of force, over the largest contact force: far below the bound on the law."""
+"""Dead band of the gap, as a force over the largest contact force: far below the bound on the law."""
 
 
 @dataclass(frozen=True)
 class Reuse:
     """Keep a factor while the merit is ``near``, falls at least by ``fall`` a pass, and no contact changes its piece.
 
-    In an attempt's first pass it must fall by the square of that. Near is a merit of at most so much of the forces: a
-    kept factor leaves a tenth to a hundredth of it, which reaches the bounds in a pass or two from there; from farther
-    away it takes passes that a new one, which squares the error, saves. In space slips turn from pass to pass: by less
-    than the angle ``turn`` they are those of the factor, which then still contracts the error about so much.
+    In an attempt's first pass it must fall by the square of ``fall``. ``near`` bounds the merit over the forces: a kept
+    factor reduces the merit to a tenth or a hundredth, which reaches the bounds in a pass or two from there; from
+    farther away it takes passes that a new factor, which squares the error, saves. In space slips turn from pass to
+    pass: turns below the angle ``turn`` keep the piece, and the factor still contracts the error to about ``turn``.
     """
 
     fall: float = 0.03
@@ -65,13 +65,12 @@ class Law:
     present: float
 
     def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
-        """Evaluate iterate and forces (c, d)."""
-        rows, residual = iterate.rows, iterate.residual
-        motion = iterate.motion
-        largest = max(float(np.abs(r).max(initial=0.0)), self.present)
+        """The point of an iterate and forces r (c, d), after the ``last`` pieces of the attempt if there are any."""
+        rows, residual, motion = iterate.rows, iterate.residual, iterate.motion
+        largest = max(max_abs(r), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
-        told = motion if last is not None else _told(iterate, motion)
-        pieces = Pieces.of(rows, told, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
+        clear = motion if last is not None else _without_round_off(iterate, motion)
+        pieces = Pieces.of(rows, clear, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
         balance, miss = residual - rows.forces(r), pieces.value(motion, r)
@@ -83,20 +82,20 @@ class Law:
         return self.frames.turned(iterate.rows) if iterate.increment.system.candidates.curved else self.frames
 
 
-def _told(iterate: Iterate, motion: Floats) -> Floats:
-    """The ``motion`` (c, d) that tells the pieces where an attempt begins: of round-off they would be any.
+def _without_round_off(iterate: Iterate, motion: Floats) -> Floats:
+    """The ``motion`` (c, d) with zero for round-off, which would choose the pieces where an attempt begins.
 
-    Without forces yet, a gap of 1e-17 is an open contact and a slip of that slides: nothing may hold the body then.
+    Without forces yet, a gap of 1e-17 is an open contact and such a slip slides: nothing may hold the body then.
     """
     places = max(max_abs(iterate.increment.start.nodes), max_abs(iterate.response.du))
-    return np.where(np.abs(motion) > UNTOLD * places, motion, 0.0)
+    return np.where(np.abs(motion) > FAINT * places, motion, 0.0)
 
 
 @dataclass(frozen=True)
 class Memory:
-    """What Newton carries from pass to pass: the last factor, the merits so far, the point where it is.
+    """What Newton carries from pass to pass: the last factor, the merits so far, and ``here``, the point where it is.
 
-    ``here`` is made in the first pass, of which it is a part.
+    ``here`` is made in the first pass, which includes its cost.
     """
 
     setup: Setup
@@ -108,7 +107,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Newton:
-    """The fast path. It can cycle: then others have to go on. ``linear`` factorises."""
+    """The fastest form, which can cycle: then another form has to take over. ``linear`` factorises."""
 
     reuse: Reuse = Reuse()
     search: Search = Search()
@@ -121,17 +120,16 @@ class Newton:
         require_type(self.linear, LinearSolver, "newton.linear")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
-        """Nothing is kept of another attempt."""
+        """The state before the first pass; nothing is kept from other attempts."""
         setup, frames = cache.newton(iterate)
-        present = float(np.abs(iterate.increment.start.forces).max(initial=0.0))
-        return Memory(setup, Law(frames, setup.scale(frames), present))
+        return Memory(setup, Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces)))
 
     def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:
         """One step with a line search; a factorisation unless the last one still serves.
 
         Raises:
-            ProgramError: singular matrix.
-            InvertedElement: every trial of the line search is inadmissible.
+            ProgramError: the matrix is singular.
+            InvertedElement: in all trials of the line search; so NotConverged, if all run away.
         """
         clock = Stopwatch()
         began = clock.outside()
@@ -143,13 +141,13 @@ class Newton:
         dx, new = linearised.step(iterate.residual, here.miss, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
-        # Where there is no force, what is left of it is the round-off of its row; caps are those of the new iterate.
+        # Where a contact has no force, the solution of its row is round-off; caps are those of the new iterate.
         forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
         step = Step(there.iterate, forces, Claim.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
     def _first(self, iterate: Iterate, r: Floats, state: Memory) -> Point:
-        """Where the first pass begins: tools that forces drive and nothing resists go to what they come upon."""
+        """The point where the first pass begins: tools that forces drive and nothing resists are moved to the body."""
         law, pushed = state.law, state.setup.pushed
         here = law.point(iterate, r, None)
         loose = pushed[~resisted(iterate.rows, here.pieces.by_motion, pushed)] if pushed.size else pushed
@@ -162,11 +160,11 @@ class Newton:
     ) -> Linearised[Pieces]:
         """The last factor while it serves, else a new one at the iterate."""
         last, setup = state.linearised, state.setup
-        # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
+        # The first pass takes the tools' motion out of the merit, which is linear: its fall says less of the factor.
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2] and here.error <= self.reuse.near
         if last is not None and falls and last.pieces.same(here.pieces, self.reuse.turn):
-            # Its matrix is that of an earlier iterate; what must vanish is of this one, with its caps.
+            # The matrix is that of an earlier iterate, but what must vanish is that of this one, with its caps.
             return replace(last, frames=frames, pieces=here.pieces)
         with clock:
             element = here.iterate.tangent(here.r, setup.scratch)
@@ -176,7 +174,7 @@ class Newton:
         return Linearised.of(data, frames, here.pieces, self.linear)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
-        """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""
+        """The point found by the line search on the step ``along`` (n,) from ``here`` to the forces r (c, d)."""
         increment, aim = here.iterate.increment, Aim(self.search, here, along, r)
         best: Point | None = None
         t, failure = 1.0, BipotError()

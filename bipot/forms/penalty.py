@@ -34,7 +34,7 @@ from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints, make_floats
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
-"""Tolerances of interior points, tried in turn: where round-off forbids one, they stop at less than they can."""
+"""Tolerances of interior points, tried in turn: an unattainable one makes them stop short of what they can reach."""
 
 
 class Optimiser(Enum):
@@ -46,8 +46,8 @@ class Optimiser(Enum):
     CVXPY = "cvxpy"
 
     def minimise(self, program: PenaltyProgram, start: Floats, frames: Frames | None = None) -> Minimum:
-        """The minimiser of a dimensionless program, contacts in their ``frames`` if known; raises ProgramError."""
-        # Where nothing may touch, all face one linear system.
+        """The minimiser of a dimensionless program, with the contacts' ``frames`` if known; raises ProgramError."""
+        # Without contacts the program is one linear system, whatever the optimiser.
         if self is Optimiser.NEWTON or not program.contact.rows.count:
             return newton(program, start, frames)
         return _OPTIMISERS[self](program, start)
@@ -64,8 +64,8 @@ _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
 class Penalised(ABC):
     """What both forms share: the penalties ``K_n``, ``K_t``, and a pass that ends at the minimiser of its program.
 
-    ``K_n``, ``K_t`` are forces per length of one node of the whole body (:func:`contact_penalty` scales them), finite
-    and positive, halved for what a plane of symmetry leaves of one.
+    ``K_n``, ``K_t`` are forces per length at one node of the whole body, finite and positive (:func:`contact_penalty`
+    gives a scale); at a node of which planes of symmetry leave a part they are multiplied by that part.
     """
 
     K_n: float
@@ -80,7 +80,7 @@ class Penalised(ABC):
         require_positive(K_n=self.K_n, K_t=self.K_t)
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
-        """Before the first pass."""
+        """The state before the first pass."""
         return Posed.of(iterate, r, cache)
 
     @abstractmethod
@@ -88,7 +88,7 @@ class Penalised(ABC):
         """The pass's program in its own units."""
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
-        """One proximal-Newton pass: the program's minimiser in the pass's units, found from the last iterate."""
+        """One proximal-Newton pass: the minimiser of its program, found from the last iterate."""
         clock, state = Stopwatch(), state.at(iterate)
         with clock:
             program = self.program(iterate, r, state)
@@ -106,7 +106,7 @@ class Penalised(ABC):
         return Step(there, r, outcome, iterations, timing, state.coupling.report, posed), state
 
     def _program(self, iterate: Iterate, r: Floats, state: Posed, start_gap: Floats, t_0: Floats) -> PenaltyProgram:
-        """The program that starts with the gaps (f,) and the forces ``t_0`` (f, d)."""
+        """The program for contacts that start with the gaps ``start_gap`` (f,) and the forces ``t_0`` (f, d)."""
         if state.rows.tied.any():
             raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
         K, threshold = iterate.stiffness(self.kind), state.terms(iterate, r).threshold
@@ -118,16 +118,16 @@ class Penalised(ABC):
 
 @dataclass(frozen=True)
 class Penalty(Penalised):
-    """(26)-(29) with the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t where it sticks.
+    """(26)-(29) from the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t of sticking points.
 
-    The penalties are as in :class:`Penalised`. The answer must meet the law that is posed, t_t within mu t_n; the
-    certificate of the exact law is only reported.
+    The penalties are as in :class:`Penalised`. The answer must meet the penalised law that is posed; the certificate of
+    the exact law is only reported.
     """
 
     name: ClassVar[FormName] = FormName.PENALTY
 
     def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
-        """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
+        """The pass's program in the scene's units; a penetration without a force yet gets t_n0 = -K_n g0."""
         start, state = iterate.increment.start, state.at(iterate)
         t_0, start_gap = start.forces[state.near], start.gap[state.near]
         k_n = self.K_n * iterate.increment.system.candidates.share[state.near]
@@ -140,7 +140,7 @@ class Uzawa(Penalised):
     """The penalised law with t_0 updated in every pass: Uzawa on the bipotential's augmented Lagrangian.
 
     Its fixed point is the exact law at any penalty, and is reached faster with a larger one: t_n = (t_n - K_n gap)+ and
-    t_t = projection of t_t - K_t du_t on the disc mu t_n hold only where (12) does.
+    t_t = projection of t_t - K_t du_t on the disc of radius mu t_n hold only where (12) does.
     """
 
     name: ClassVar[FormName] = FormName.UZAWA
@@ -159,11 +159,10 @@ class Uzawa(Penalised):
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     """Penalty K = factor E A/(m h) of a node or weighted point, the same for all.
 
-    A and m are area and number of points of the initial contact line (edges of candidates closed at rest; of all
-    candidates, then of the tools' whole boundaries where there is none), h its mean edge length: a pressure per
-    penetration of factor E/h on average. A point in a plane of symmetry counts as its share of the whole body's, and
-    so does an edge.
-    Tributary areas would do no better: they vanish at the axis.
+    A and m are the area and number of points of the initial contact line: the edges of candidates closed at rest, or if
+    there are none of all candidates, or else of the tools' whole boundaries; h is its mean edge length. On average this
+    is a pressure of factor E/h per penetration. Points and edges in planes of symmetry count by their share of the
+    whole body's. Tributary areas instead of the mean A/m would vanish at an axis.
 
     Raises:
         SceneError: a factor that is not finite and positive, a scene without tools.
@@ -174,7 +173,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     closed = touches(candidates.distance(scene.mesh.nodes, scene.at_rest), scene.size)
     lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
     area = facet_mass(scene.mesh.nodes, lines, scene.geometry).sum()
-    # Of faces of space the edges, each once.
+    # In space the edges of faces, each once.
     edges = lines[:, [0, -1]] if scene.mesh.dimension == 2 else edges_of(lines, Element.of(lines.shape[1]))[0]
     ends = scene.mesh.nodes[edges]
     h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=own_share(scene.planes, ends))
@@ -182,26 +181,26 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
 
 
 def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, float]]:
-    """Edges (f, n), as node numbers, and their points: of closed candidates, of all candidates, of all that may touch.
+    """Edges (f, n), as node numbers, and the number of their points in the whole body.
 
-    Tools may be of nodes and of weighted points: what they have in common are nodes of edges.
+    They are those of closed candidates, then of all candidates, then of the tools' whole boundaries.
     """
     tools, scene = range(len(candidates.points)), candidates.scene
     on_lines, may_touch = [on_line(candidates, k, closed) for k in tools], [_may_touch(candidates, k) for k in tools]
-    for chosen in (on_lines, may_touch, [np.ones(len(own.edges), dtype=bool) for own in candidates.points]):
+    for chosen in (on_lines, may_touch, [np.ones(len(points.edges), dtype=bool) for points in candidates.points]):
         pairs = list(zip(candidates.points, chosen, strict=True))
-        lines = np.concatenate([own.lines[mine] for own, mine in pairs])
-        parts = [shares(scene, k, own)[np.unique(own.edges[mine])] for k, (own, mine) in enumerate(pairs)]
+        lines = np.concatenate([points.lines[mine] for points, mine in pairs])
+        parts = [shares(scene, k, points)[np.unique(points.edges[mine])] for k, (points, mine) in enumerate(pairs)]
         yield lines, sum(float(part.sum()) for part in parts)
 
 
 def _may_touch(candidates: Candidates, number: int) -> Bools:
-    """Which edges (f,) of the boundaries of the tool of that ``number`` are of candidates, in the whole body.
+    """Which edges (f,) of the boundaries of the tool of that ``number`` have only points that are candidates.
 
-    There a node is one, too, that a plane of symmetry holds along the normal of a tool that it does not cut.
+    A node in a plane of symmetry that does not cut the tool counts as one, as it is in the whole body.
     """
-    scene, own, may = candidates.scene, candidates.points[number], candidates.number[number] >= 0
+    scene, points, may = candidates.scene, candidates.points[number], candidates.number[number] >= 0
     for plane in scene.planes:
         if not plane.cuts(scene.tools[number]):
-            may = may | plane.holds(scene.mesh.nodes[own.node])
-    return np.asarray(may[own.edges].all(axis=1))
+            may = may | plane.holds(scene.mesh.nodes[points.node])
+    return np.asarray(may[points.edges].all(axis=1))

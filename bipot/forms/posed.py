@@ -1,11 +1,12 @@
 """The state of the forms that pose a program in every pass: which candidates get rows, and what friction freezes.
 
-The exact conic forms share the answers to their programs, Newton on the quadratic model, and the remaining error.
+What the exact conic forms have in common is here, too: the solution of a program, Newton on the quadratic model, and
+the remaining error.
 
 Tools driven by forces or moments are held by a spring where nothing else in a program resists them. A program that is
-solved through its stiffness alone (`delassus`) needs one for every such tool. `newton` has its own. The spring has no
-tension at the iterate, so each pass is a proximal-point step: its pull vanishes as the passes converge, and the
-solution of the increment is free of it.
+solved through its stiffness alone (`delassus`) needs one for every such tool; `newton` has a spring of its own. The
+spring has no tension at the iterate, so that each pass is a proximal-point step: its pull vanishes as the passes
+converge, and the solution of the increment is free of it.
 """
 
 from __future__ import annotations
@@ -46,8 +47,8 @@ SHIFTED = "no displacement satisfies the cones of friction with the shift of the
 class Posed:
     """The candidates ``near`` (c,) their tool, their contact ``rows``, the coupling of friction, units of the program.
 
-    ``distance`` is that of the last iterate from equilibrium and law on these rows, None where it is not known;
-    ``rose`` says that the last pass did not reduce it.
+    ``distance`` is how far the last iterate is from equilibrium and law on these rows, None if unknown; ``rose`` says
+    that the last pass did not reduce it.
     """
 
     cache: Cache
@@ -60,11 +61,11 @@ class Posed:
 
     @staticmethod
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
-        """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
+        """The state before the first pass; with a ``rule`` passes may also freeze De Saxce's shift, else the threshold.
 
-        Where loads push a motion that supports leave free the shift comes first: thresholds of smaller forces may hold
-        it no longer, so that the program would have no minimum. Where friction is capped, the threshold takes over
-        after one pass.
+        Where loads push along a motion that supports leave free, the shift comes first: thresholds by smaller forces
+        might not hold the body, and the program would have no minimum. Where friction is capped, the threshold takes
+        over after one pass.
 
         Candidates within a few lengths of a tool at the predicted end get rows, and the others once they touch; all get
         rows where body or tool may move by any distance.
@@ -72,20 +73,20 @@ class Posed:
         rows, units, system = iterate.rows, iterate.increment.units, iterate.increment.system
         near = near_tools(rows, iterate.x, units.length)
         if system.rigid.size or iterate.translated.size:
-            # What supports do not hold may go as far as the next tool.
+            # A body or tool that supports do not hold may move as far as the next contact.
             near = np.ones_like(near)
         capped, shifts, rule = system.candidates.capped, rule is not None, rule or Safeguard()
         pushed = _pushed(iterate)
         if pushed:
             rule = replace(rule, first=Frozen.SHIFT)
         if capped:
-            # The shift is that of a cone: of what is capped it can only begin, where Coulomb's law acts everywhere.
+            # The shift belongs to a cone. With caps it can only start, and only if Coulomb's law acts everywhere.
             shifts &= pushed and bool(np.isfinite(rows.mu[rows.rubs]).all())
         coupling = Coupling.start(image(rows, r, iterate.x), rule, shifts)
         return Posed(cache, units, near, rows.take(near), coupling)
 
     def at(self, iterate: Iterate) -> Posed:
-        """With the rows of an iterate, which then include candidates that have penetrated their tool."""
+        """The state with the rows of an iterate, including candidates that have penetrated their tool."""
         entering = ~self.near & (iterate.motion[:, 0] < 0)
         if not entering.any():
             return self.turned(iterate)
@@ -93,13 +94,13 @@ class Posed:
         return replace(self, near=near, rows=iterate.rows.take(near), distance=None)
 
     def turned(self, iterate: Iterate) -> Posed:
-        """With the same candidates' rows of an iterate, which flat tools have once for all but for caps."""
+        """The state with the same candidates' rows at an iterate; at flat tools without caps they never change."""
         candidates = iterate.increment.system.candidates
         changes = candidates.curved or candidates.capped
         return replace(self, rows=iterate.rows.take(self.near)) if changes else self
 
     def terms(self, iterate: Iterate, r: Floats) -> ContactTerms:
-        """The contact of the next program, with threshold or shift frozen; r (c, d) are the last forces of all."""
+        """The contact terms of the next program, with threshold or shift frozen; r (c, d) are all last forces."""
         coupling, active = self.coupling, self.near[iterate.rows.frictional]
         if coupling.shift is None:
             return ContactTerms(self.rows, coupling.value[active], None)
@@ -112,7 +113,7 @@ class Posed:
         return out
 
     def after(self, iterate: Iterate, r: Floats, exact: bool, distance: float | None = None) -> Posed:
-        """After a pass that led to ``iterate`` and forces r (c, d) of all; ``exact`` if in the end it froze nothing."""
+        """The state after a pass to ``iterate`` and all forces r (c, d); ``exact`` if its answer froze nothing."""
         frozen = image(iterate.rows, r, iterate.x)
         coupling = self.coupling.update(frozen, exact)
         if coupling.shift is not None and iterate.increment.system.candidates.capped:
@@ -122,9 +123,9 @@ class Posed:
 
 
 def _pushed(iterate: Iterate) -> bool:
-    """Whether loads, or forces on tools, work on a rigid motion that supports leave free.
+    """Whether loads, or forces on tools, do work on a rigid motion that supports leave free.
 
-    Where none does no program lacks a minimum, and contacts may carry nothing.
+    Otherwise every program has a minimum, even if contacts carry nothing.
     """
     system = iterate.increment.system
     if not system.rigid.size:
@@ -146,7 +147,7 @@ class Raw:
 
 
 class Tried(NamedTuple):
-    """An iterate with forces r (c, d) of all, its distance from equilibrium and law, whether a step was whole."""
+    """An iterate with all forces r (c, d), its distance from equilibrium and law, and whether its step was whole."""
 
     iterate: Iterate
     r: Floats
@@ -181,31 +182,27 @@ def tangent_program(
     with clock:
         K = iterate.stiffness(kind)
     program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
-    return (
-        softly_held(program, iterate, state, unresisted(program.contact, iterate))
-        if iterate.translated.size
-        else program
-    )
+    if not iterate.translated.size:
+        return program
+    return softly_held(program, iterate, state, unresisted(program.contact, iterate))
 
 
-def gone_on(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
-    """Newton with exact Coulomb friction on the quadratic model, from the iterate and forces r (c, d), or None."""
-    units = state.units
-    return couple(
-        program,
-        iterate.x / units.length,
-        r[state.near] / units.force,
-        state.cache.frames(program.contact.rows, iterate),
-    )
+def coupled(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
+    """The dimensionless displacement and forces (f, d) that Newton with exact friction finds on the quadratic model.
+
+    It starts from the iterate and forces r (c, d); None if it does not reach a solution.
+    """
+    units, frames = state.units, state.cache.frames(program.contact.rows, iterate)
+    return couple(program, iterate.x / units.length, r[state.near] / units.force, frames)
 
 
 def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:
-    """Largest component of what is missed of equilibrium and the exact law, in the units of the program."""
-    return float(max(np.abs(part).max(initial=0.0) for part in _missed(iterate, r, state)))
+    """The largest component of the residuals of equilibrium and of the exact law, in the units of the program."""
+    return max(map(max_abs, _missed(iterate, r, state)))
 
 
 def error_of(iterate: Iterate, r: Floats, state: Posed) -> float:
-    """The norm of what is missed of equilibrium and law over that of the contact forces; inf where there are none."""
+    """The norm of the residuals of equilibrium and law over that of the contact forces; inf if these are zero."""
     present = float(np.linalg.norm(r)) / state.units.force
     return math.hypot(*map(np.linalg.norm, _missed(iterate, r, state))) / present if present else math.inf
 
@@ -215,30 +212,30 @@ def _missed(iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats]:
     units, rows, near = state.units, state.turned(iterate).rows, r[state.near]
     residual = (iterate.residual - rows.forces(near)) / units.force
     motion, force = iterate.motion[state.near] / units.length, near / units.force
-    residual_of_law = natural_map(force, motion, rows.mu, 1.0, rows.cap / units.force, force_threshold(force))
-    return residual, np.where(rows.tied[:, None], motion, residual_of_law)
+    law = natural_map(force, motion, rows.mu, 1.0, rows.cap / units.force, force_threshold(force))
+    return residual, np.where(rows.tied[:, None], motion, law)
 
 
 def require_solver(solver: object, field: str) -> None:
-    """Raise SceneError unless the ``solver`` of a form is one."""
+    """Raise SceneError unless the ``solver`` of a form is a ConicSolver, and not its class."""
     made = isinstance(solver, ConicSolver) and not isinstance(solver, type)
     require(made, field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")
 
 
 def softly_held(program: TangentProgram, iterate: Iterate, state: Posed, tools: Bools) -> TangentProgram:
-    """The program with a spring on the chosen ``tools`` (m,), coordinates that are driven."""
+    """The program with a spring on the chosen ones of the driven coordinates, ``tools`` (m,)."""
     if not tools.any():
         return program
     space, (spring, tension) = iterate.increment.system.body.space, _springs(iterate, state, tools)
     K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
-    # A sum of matrices would lose the zeros of the run's pattern.
+    # A sum of sparse matrices would drop stored zeros, which belong to the run's pattern.
     K.data[space.diagonal] += spring
     f[len(space.free) :] += tension
     return replace(program, K=K, f=f)
 
 
 def softly_placed(program: DissipationProgram, iterate: Iterate, state: Posed) -> DissipationProgram:
-    """The program with a spring on those tools that nothing resists."""
+    """The program with a spring on the driven coordinates that nothing resists."""
     tools = unresisted(program.contact, iterate)
     if not tools.any():
         return program
@@ -249,17 +246,17 @@ def softly_placed(program: DissipationProgram, iterate: Iterate, state: Posed) -
 
 
 def _springs(iterate: Iterate, state: Posed, tools: Bools) -> tuple[Floats, Floats]:
-    """Stiffness (m,) of the springs on the chosen ``tools`` (m,), and what they pull by from zero; dimensionless."""
+    """Dimensionless stiffness (m,) of the springs on the chosen ``tools`` (m,), and their force (m,) at x = 0."""
     units = state.units
     spring = SOFT * tools * iterate.increment.system.rigidity.tools * (units.length / units.force)
     return spring, spring * iterate.translated / units.length
 
 
 def unresisted(terms: ContactTerms, iterate: Iterate) -> Bools:
-    """Coordinates (m,) of tools that are driven along contacts without any friction yet, and against none."""
+    """Which driven coordinates (m,) are in no row: their tools press against no contact and rub against none yet."""
     count = iterate.translated.size
     dragged, _ = terms.tangent_rows(terms.sliding | terms.stuck | terms.coned)
-    # Where tools are curved rows keep the entries that are zero.
+    # With curved tools rows store zeros.
     resisted = [G.indices[G.data != 0] for G in (terms.rows.G_n, dragged)]
     first = iterate.x.size - count
     return ~np.isin(first + np.arange(count), np.concatenate(resisted))

@@ -1,7 +1,7 @@
 """The form `tangent`: exact contact with a frozen threshold or shift, the material as quadratic tangent energy.
 
-It takes semismooth Newton steps on the model of its own program first, as interior-point answers stall where strict
-complementarity fails, and poses the program where these do not end exactly, to polish its answer.
+A pass first takes semismooth Newton steps on the model of its own program, because interior-point answers stall where
+strict complementarity fails. Where these steps do not reach an exact answer it solves the program, and polishes that.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, require_count, require_type
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed, Raw, Tried, distance_of, error_of, gone_on, require_solver, solved, tangent_program
+from bipot.forms.posed import Posed, Raw, Tried, coupled, distance_of, error_of, require_solver, solved, tangent_program
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram, couple, polish
@@ -27,17 +27,17 @@ from bipot.response import TangentKind
 from bipot.typing import Floats
 
 NEARBY = 1e-4
-"""An answer this near to equilibrium and law, in units of the program, is not far from the next: its pieces hold."""
+"""Distance from equilibrium and law, in units of the program, to which Newton is tried even after a pass that rose."""
 
 
 @dataclass(frozen=True)
 class Tangent:
     """Quadratic C^ep energy: a cone program, condensed on the contact unknowns if these are few, and its polish.
 
-    With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
-    when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
-    moves: with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
-    ``safeguard`` says when the fixed point is helped.
+    With ``coupled``, the polish has exact Coulomb friction on the same quadratic model (its result is used only if
+    exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration moves:
+    with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
+    ``safeguard`` says when the fixed point is damped or accelerated.
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
@@ -57,7 +57,7 @@ class Tangent:
         require_type(self.safeguard, Safeguard, "tangent.safeguard")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
-        """Before the first pass."""
+        """The state before the first pass."""
         return Posed.of(iterate, r, cache, self.safeguard)
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
@@ -66,7 +66,7 @@ class Tangent:
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
         built = clock.outside()
-        raw = self._gone_on(iterate, r, state, program) or self._posed(program, iterate, r[state.near], state.cache)
+        raw = self._coupled(iterate, r, state, program) or self._solved(program, iterate, r[state.near], state.cache)
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
@@ -81,38 +81,38 @@ class Tangent:
         report = state.coupling.report
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, report, error=error), state
 
-    def _posed(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
-        """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
+    def _solved(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
+        """The polished answer to the cone program; r (f, d) are the last forces, returned if there are no contacts."""
         frames = cache.frames(program.contact.rows, iterate)
         small = condense(program, cache.split(program)) if pays(program) else None
         if small and not small.kept.size:
-            # Where nothing may touch, the elimination has solved it.
+            # Without contacts the elimination has solved the program.
             return Raw(small.recover(np.zeros(0)), r, Claim.SOLVED, 0, Timing(), exact=True)
         raw = solved(small.program if small else program, self.name, self.solver, self.accuracy, cache)
         u = small.recover(raw.u) if small else raw.u
-        coupled = couple(program, u, raw.r, frames) if self.coupled else None
-        u, forces = coupled or polish(program, u, raw.r, frames)
-        return replace(raw, u=u, r=forces, exact=coupled is not None)
+        exact = couple(program, u, raw.r, frames) if self.coupled else None
+        u, forces = exact or polish(program, u, raw.r, frames)
+        return replace(raw, u=u, r=forces, exact=exact is not None)
 
-    def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw | None:
-        """The polish from the iterate, where this is exact: the cone program, which takes longer, tells nothing new.
+    def _coupled(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw | None:
+        """The polish from the iterate if this is exact: the cone program takes longer and would add nothing.
 
-        None far away after a pass that did not lead nearer, and through cvxpy, which poses every pass.
+        None far from a solution after a pass that led no nearer, and with cvxpy, through which every pass goes.
         """
         astray = state.rose and state.distance is not None and state.distance > NEARBY
         if astray or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
-        found = gone_on(program, iterate, r, state)
+        found = coupled(program, iterate, r, state)
         return None if found is None else Raw(*found, Claim.SOLVED, 0, Timing(), exact=True)
 
 
 def _shortened(
     iterate: Iterate, r: Floats, state: Posed, x: Floats, forces: Floats, halvings: int, clock: Stopwatch
 ) -> Tried:
-    """The answer (x, forces), or what is nearest to equilibrium and law on the way to it."""
+    """The answer (x, forces), or the trial on the way to it that is nearest to equilibrium and law."""
     least = distance_of(iterate, r, state) if state.distance is None else state.distance
     best: Tried | None = None
-    nearest, t, failure = np.inf, 1.0, InvertedElement()
+    t, failure = 1.0, InvertedElement()
     for _ in range(halvings + 1):
         between = r + t * (forces - r)
         try:
@@ -122,8 +122,8 @@ def _shortened(
             failure = inverted
         else:
             distance = distance_of(there, between, state)
-            if best is None or distance < nearest:
-                best, nearest = Tried(there, between, distance, t == 1.0), distance
+            if best is None or distance < best.distance:
+                best = Tried(there, between, distance, t == 1.0)
             if distance <= least:
                 break
         t /= 2

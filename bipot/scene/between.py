@@ -1,14 +1,14 @@
 r"""Tools inside the body where no candidate touches them: between two nodes, beside them, or beyond them.
 
-The law is posed at nodes. A convex part of a tool, an arc of radius rho around c (rho = 0 for a corner), that is
-smaller than an edge may pass through it while both its ends are open. Its depth is
+The law is posed at nodes. A convex part of a tool, an arc of radius rho around c (rho = 0 for a corner), may pass
+through an edge that is longer while both ends of the edge are open. Its depth is
 
-    rho - d        where c is at the distance d off the surface, rho + d where c is in the body.
+    rho - d        where c is at the distance d off the surface, rho + d where c is at the depth d in the body.
 
 Between nodes that are outside it and at most 1.6 rho apart, a circle is less than 0.4 rho deep. No part may come more
 than :data:`DEPTH` L behind an edge of length L, or DEPTH times the tool's thickness behind any edge: not at rest, not
-at the end of an increment, and not on the straight way from its start. The surface is that of the whole body,
-candidates or not, with its mirror images in planes of symmetry and beyond the axis.
+at the end of an increment, and not on the straight way to it from the start. The surface is that of the whole body,
+candidates or not, with its mirror images beyond planes of symmetry and beyond the axis.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ DEPTH = 0.25
 """Largest depth of a tool in the body, over the length of an edge (the longest of a face) or the tool's thickness."""
 
 ON = 1e-6
-"""Over the length of an edge: a point no farther outside the tool is on it, and one no farther past an end is at it."""
+"""Over an edge's length: a point up to so far outside the tool is on it, one up to so far past an end is at the end."""
 
 SAMPLES = 9
 """Points on an edge at which its depth in the tool is sampled."""
@@ -49,9 +49,9 @@ def uncut(mesh: Mesh, planes: Sequence[Mirror]) -> Ints:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it.
+    """The whole body's surface: ``lines`` (f, 2) between neighbouring nodes, anticlockwise, and ``planes`` of symmetry.
 
-    For a ``ring`` the last plane is that of its axis.
+    For a ``ring`` the last plane is that through its axis.
     """
 
     lines: Ints
@@ -60,7 +60,7 @@ class Surroundings:
 
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Mirror], ring: bool) -> Surroundings:
-        """The surface of the modelled part that is not in a plane."""
+        """The surface of the modelled part without what is in a plane of symmetry."""
         edges = uncut(mesh, planes)
         return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes, ring)
 
@@ -110,8 +110,8 @@ def first_of(outlines: Ints, found: Bools) -> tuple[int, int] | None:
 
 
 class _Place(NamedTuple):
-    """Of segments (f,) and tips (m,): the ``foot`` (f, m) of c on the segment, 0 to 1 between its ends, its ``height``
-    (f, m) off it to the outside, and how deep (f, m) a part may be ``allowed``.
+    """Where tips (m,) are by segments (f,): the ``foot`` (f, m) of c, 0 to 1 between the segment's ends, the ``height``
+    (f, m) of c above the segment's line, positive outside, and the ``allowed`` depth (f, m).
     """
 
     foot: Floats
@@ -120,12 +120,12 @@ class _Place(NamedTuple):
 
     @staticmethod
     def of(ends: Floats, tips: Tips) -> _Place:
-        """Of segments (f, 2, d)."""
-        along, out = ends[:, 1] - ends[:, 0], tips.centre - ends[:, :1]
+        """The place by segments with these ``ends`` (f, 2, d)."""
+        along, way = ends[:, 1] - ends[:, 0], tips.centre - ends[:, :1]
         length = norm(along)[:, None]
         outward = -leftwards(along)[:, None]
         allowed = DEPTH * np.minimum(length, tips.thickness)
-        return _Place(np.vecdot(out, along[:, None]) / length**2, np.vecdot(out, outward) / length, allowed)
+        return _Place(np.vecdot(way, along[:, None]) / length**2, np.vecdot(way, outward) / length, allowed)
 
 
 def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
@@ -141,7 +141,7 @@ def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
     out = inner & near & (tips.radius + far > place.allowed)
     for f, m in np.argwhere(~inner & (tips.radius - far > place.allowed)).tolist():
         deepest = tips.centre[m] + tips.radius[m] * way[f, m] / max(far[f, m], np.finfo(float).tiny)
-        # The tool may not contain this part of the arc's circle.
+        # This point of the arc's circle may be outside the tool.
         out[f, m] = float(surface.distance(deepest).gap) <= ON * float(norm(along[f]))
     return out.any(axis=1)
 
@@ -161,7 +161,7 @@ def _passed(start: Floats, end: Floats, tips: Tips, surface: Surface) -> Bools:
     step, f, m = np.nonzero((above[:-1] >= 0) & (above[1:] < 0))
     early, late = times[step], times[step + 1]
     one, other = start[f], end[f]
-    # a tip of its own for each: they broadcast as tips of all segments do
+    # One tip for each segment, in the shape of tips for all segments.
     tip = Tips(tips.centre[m, None], tips.radius[m, None], tips.thickness)
     for _ in range(HALVINGS if len(f) else 0):
         when = (early + late) / 2
@@ -182,13 +182,13 @@ def _between(start: Floats, end: Floats, when: Floats) -> Floats:
 
 
 def _above(ends: Floats, tips: Tips) -> Floats:
-    """The remaining allowed depth (f, m) of the tips behind the lines through segments (f, 2, d)."""
+    """How much deeper (f, m) the tips may come behind the lines through segments (f, 2, d)."""
     place = _Place.of(ends, tips)
     return place.height - tips.radius + place.allowed
 
 
 def _holds(surface: Surface, ends: Floats, centre: Floats, radius: Floats) -> Bools:
-    """Whether the deepest point of each circle (n, d), (n,) behind its segment (n, 2, d) is one of the tool."""
+    """Whether the deepest point of each circle (n, d), (n,) behind its segment, ``ends`` (n, 2, d), is in the tool."""
     along = ends[:, 1] - ends[:, 0]
     length = norm(along)
     outward = -leftwards(along) / length[:, None]

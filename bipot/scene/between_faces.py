@@ -2,14 +2,14 @@ r"""Tools in space that are inside the body where no candidate touches them: bet
 
 This is the check of :mod:`bipot.scene.between` for faces. A face is represented by the triangles between its outline
 and its middle; L is its longest edge. No part of a tool may come more than DEPTH L, or DEPTH times the tool's
-thickness, behind any face: not at rest, not at the end of an increment, and not on the straight way from its start,
-which is checked in steps no longer than that depth or the distance from the faces. Three checks are made:
+thickness, behind any face: not at rest, not at the end of an increment, and not on the straight way to it from the
+start, which is checked in steps no longer than that depth or the distance from the faces. Three things are checked:
 
 * the gap at points of the triangles, dense enough for tools :data:`THIN` L thick; thinner tools are refused;
-* the same spheres where their centres are off the body, each at its nearest place on a triangle;
-* the centres of spheres on a tool's axis, such as the tips of cones, and points of the rings of edges and fillets
-  around it. They are too deep where they are in the body, judged by the solid angle of its surface around them, and
-  farther behind its nearest triangle than allowed.
+* spheres inscribed in the tool (:class:`~bipot.tools.surfaces.Tips`) with centres off the body, at the nearest place of
+  each triangle;
+* such spheres with centres in the body (by the solid angle of its surface), as at tips of cones or on rings of edges
+  and fillets around an axis: they are too deep if they reach farther behind the nearest triangle than allowed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ PARTS = 6
 """Parts into which the points divide the sides of a triangle."""
 
 SHARP = 1e-6
-"""Over the allowed depth of a tool: a point no farther outside the tool counts as part of it."""
+"""Over the allowed depth of a tool: a point up to so far outside the tool counts as part of it."""
 
 STEPS = 256
 """Largest number of steps in an increment; longer motions are checked less densely."""
@@ -44,14 +44,14 @@ STEPS = 256
 
 @dataclass(frozen=True)
 class Skin:
-    """The whole body's surface: outlines of faces ``rings`` (f, m), anticlockwise, and ``planes`` that mirror it."""
+    """The whole body's surface: outlines of faces, ``rings`` (f, m), anticlockwise, and ``planes`` of symmetry."""
 
     rings: Ints
     planes: Sequence[Mirror]
 
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Mirror]) -> Skin:
-        """Of the modelled part what is not in a plane."""
+        """The surface of the modelled part without what is in a plane of symmetry."""
         faces = uncut(mesh, planes)
         return Skin(faces[:, _around(faces.shape[1])], planes)
 
@@ -110,11 +110,12 @@ def _triangles(nodes: Floats, rings: Ints) -> Floats:
 
 
 def _points(triangles: Floats) -> Floats:
+    """Points (f, m, p, 3) spread over triangles (f, m, 3, 3)."""
     return einsum("pk,fmkd->fmpd", PLACES, triangles)
 
 
 def _around(nodes: int) -> Ints:
-    """Columns of a face of so many nodes, around it."""
+    """The columns of a face with this number of ``nodes`` in their order around it."""
     return Element.of(nodes).edges[:, :-1].ravel()
 
 
@@ -140,7 +141,7 @@ def _off(triangles: Floats, surface: Surface) -> Floats:
 
 
 def _deep(triangles: Floats, surface: Surface) -> Bools:
-    """Behind which faces (f, m, 3, 3) the tool at rest is too deep."""
+    """Behind which faces, as triangles (f, m, 3, 3) seen from the tool, it is too deep."""
     tips = surface.tips()
     allowed = _allowed(triangles, tips)
     out = np.zeros(len(triangles), dtype=bool)
@@ -149,11 +150,11 @@ def _deep(triangles: Floats, surface: Surface) -> Bools:
     out[near] |= _dented(triangles[near], surface, allowed[near])
     corners = triangles.reshape(-1, 3)
     boxed = ((tips.centre > corners.min(axis=0)) & (tips.centre < corners.max(axis=0))).all(axis=1)
-    # Of a sharp corner the gap is zero but for round-off.
+    # At a sharp corner of the tool the gap is zero but for round-off.
     boxed &= surface.distance(tips.centre).gap <= SHARP * allowed.max()
     for centre, radius in zip(tips.centre[boxed], tips.radius[boxed], strict=True):
         if _around_it(triangles, centre) > 2 * np.pi:
-            # The nearest face is where it came in.
+            # The tool came in through the nearest face.
             far = norm(_points(triangles) - centre).min(axis=(1, 2))
             face = int(np.argmin(far))
             out[face] |= bool(radius + far[face] > allowed[face])
@@ -170,7 +171,7 @@ def _dented(triangles: Floats, surface: Surface, allowed: Floats) -> Bools:
         deep = (far > 0) & (radius - far > np.repeat(allowed, triangles.shape[1]))
         if deep.any():
             deepest = centre + radius * way[deep] / far[deep, None]
-            # The tool may not contain this part of the sphere.
+            # This point of the sphere may be outside the tool.
             deep[deep] = surface.distance(deepest).gap <= SHARP * allowed.max()
             out |= deep.reshape(len(triangles), -1).any(axis=1)
     return out
@@ -192,7 +193,7 @@ def _nearest(triangles: Floats, point: Floats) -> Floats:
 
 
 def _around_it(triangles: Floats, centre: Floats) -> float:
-    """The solid angle of all triangles (f, m, 3, 3) around a point: 4 pi inside, 0 outside."""
+    """The solid angle of a closed surface of triangles (f, m, 3, 3) as seen from a point: 4 pi inside, 0 outside."""
     a, b, c = np.moveaxis(triangles - centre, 2, 0)
     one, two, three = norm(a), norm(b), norm(c)
     volume = np.vecdot(a, np.cross(b, c))
@@ -203,8 +204,8 @@ def _around_it(triangles: Floats, centre: Floats) -> float:
 def _places() -> Floats:
     """Barycentric coordinates (p, 3) of the points of a triangle."""
     i, j = np.meshgrid(np.arange(PARTS + 1), np.arange(PARTS + 1))
-    own = i + j <= PARTS
-    return np.stack([i[own], j[own], PARTS - i[own] - j[own]], axis=1) / PARTS
+    inside = i + j <= PARTS
+    return np.stack([i[inside], j[inside], PARTS - i[inside] - j[inside]], axis=1) / PARTS
 
 
 PLACES = _places()

@@ -1,4 +1,4 @@
-"""How far a body extends between its facets: relative motion over that is a strain, the same however it is turned."""
+"""A body's widths across its facets: relative motion over a width is a strain, however the body is turned."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from bipot.tools.plane import leftwards
 from bipot.typing import Floats, max_abs
 
 ALIKE = 9
-"""Decimals of unit normals that are one: a flat side has a normal for each facet."""
+"""Unit normals that agree to so many decimals are one: every facet of a flat side has its own."""
 
 ROUND_OFF = 1e-14
-"""Over the longest motion, what of a difference is none."""
+"""A difference of motions below this part of the longest one counts as zero."""
 
 AT_ONCE = 256
-"""Normals along which all nodes are measured in one product."""
+"""How many normals all nodes are measured along in one product, which limits its memory."""
 
 
 class Calipers(NamedTuple):
-    """Different unit ``normals`` (f, d) of a body's outer facets, and its ``widths`` (f,) across these."""
+    """Different unit ``normals`` (f, d) of a body's outer facets, and its ``widths`` (f,) along them."""
 
     normals: Floats
     widths: Floats
 
     @staticmethod
     def of(facets: Floats, places: Floats) -> Calipers:
-        """Of the body with these outer ``facets``, corner by corner (f, n, d), and nodes at these ``places`` (a, d).
+        """The calipers of a body with outer ``facets`` (f, n, d), given by corners, and nodes at ``places`` (a, d).
 
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
         >>> edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
@@ -41,9 +41,9 @@ class Calipers(NamedTuple):
         return Calipers(normals, np.concatenate([np.ptp(places @ part.T, axis=0) for part in parts]))
 
     def strain(self, ways: Floats) -> float:
-        """The largest part, over all facets, by which motions ``ways`` (m, d) differ across one of the width there.
+        """The largest difference, along any normal, of the motions ``ways`` (m, d) over the width along that normal.
 
-        It is none where these differ by their round-off alone, as where all goes along together.
+        Differences that are round-off of the motions, as of bodies carried along as a whole, count as zero.
 
         >>> corners = np.array([[0.0, 0.0], [4.0, 3.0], [2.5, 5.0], [-1.5, 2.0]])
         >>> edges = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

@@ -1,12 +1,12 @@
 r"""Coordinates of driven tools: displacements along driving forces, and turns by moments.
 
-Each is an unknown of the increment and a length: a tool moves by x along the direction of its force, and turns by x / L
-about its centre under its moment, with the lever L. Dual to them are the force, and the moment M as the force M / L.
-The lever is the distance of the centre from the tool's surface at rest, or the body's size if that is larger, so x is
-about the arc by which the surface moves, and L is never zero.
+Each coordinate x is an unknown of the increment and a length: a tool moves by x along the direction of its force, or
+turns by x / L about its centre under its moment, with the lever L. Dual to x is the force, or the moment M as the force
+M / L. The lever is the distance of the centre from the tool's surface at rest, or the body's size if that is larger, so
+that x is about the arc by which the surface moves, and L is never zero.
 
-As its coordinate grows by one, a point of a tool at a from its centre moves by w = e along a force, and by
-w = z x a / L about the centre, in space about the axis z through it.
+Per unit of its coordinate a point of a tool at a from its centre moves by w = e along a force, and by w = z x a / L
+about the centre, in space about the axis z through it.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from bipot.typing import Floats, Ints
 class Drives:
     """The forces or moments (``by``) that drive m coordinates of the tools numbered ``tool`` (m,).
 
-    ``ways`` (m, p) is the change of the tool's pose as a coordinate grows by one. ``dual`` (m,) is the dual force on
-    the modelled part over the force or moment on the whole tool.
+    ``ways`` (m, p) is the change of the tool's pose per unit of a coordinate. ``dual`` (m,) is the dual force on the
+    modelled part over the force or moment on the whole tool.
     """
 
     by: tuple[Force | Moment, ...]

@@ -30,10 +30,10 @@ INSIDE = 1e-9
 """Depth, over the body's size, of a driven tool in the body at rest that counts as round-off."""
 
 SIDE = 0.5
-"""Cosine of the least angle, 60 degrees, between a flat tool and a face that is a side and may roll onto it."""
+"""Cosine of the least angle, 60 degrees, between a flat tool and a side of the body, which may roll onto it."""
 
 ROUND_OFF = 1e-12
-"""Of shares of the reference face."""
+"""Round-off of the nodes' shares of the reference face."""
 
 
 class Fitted(NamedTuple):
@@ -51,24 +51,25 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
 
     Raises:
         SceneError: candidates that are no edges of the surface, or none of which can move along the normal; a tool that
-            is in the body at rest, that moves off or across the axis of a ring, or turns where it may not; coefficients
-            at other nodes; a cap with a material that does not flow; contact at nodes with negative shares of faces.
+            is in the body at rest, that moves off or across the axis of a ring, or turns around one; coefficients at
+            nodes that are no candidates; a cap with a material that does not flow; contact at nodes with negative
+            shares of faces.
     """
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
     _require_surface(body.mesh, tool, label)
     d = body.mesh.dimension
     require_components(tool.travel, d, f"{label}.travel")
-    own = "a plane, or what is Revolved" if d == 3 else "of a plane"
+    kind = "a plane, or what is Revolved" if d == 3 else "of a plane"
     same = tool.face.tips().centre.shape[-1] == d
-    require(same, f"{label}.surface", tool.face, f"{own}, as the nodes of the mesh have {d} coordinates")
+    require(same, f"{label}.surface", tool.face, f"{kind}, as the nodes of the mesh have {d} coordinates")
     if tool.turn is not None:
         require_components(tool.turn.centre, d, f"{label}.turn")
     if d == 3:
         require_thick(body.mesh, tool, label)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
     _require_shares(body.mesh, tool, normal[0], label)
-    # Of a curved tool the normal turns as it comes along.
+    # The normal of a curved tool may turn to any direction.
     holding = body.holding
     movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
@@ -82,7 +83,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Require edges of one element each, none twice."""
+    """Require candidates that are edges (in space faces) of one element each, none of them twice."""
     names, edges = tool.candidates, mesh.edges(*tool.candidates)
     what = "edge" if mesh.dimension == 2 else "face"
     inner = mesh.inner_edges(*names)[:1].tolist()
@@ -94,8 +95,8 @@ def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
 def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:
     """Require means where nodes have negative shares int N_k dA of a face: a pressure pulls there, contact cannot.
 
-    Sides beside a flat tool of this ``normal`` are exempt: of what rolls onto it the rim touches first, which nodes
-    feel at once and means around corners late.
+    Sides beside a flat tool of this ``normal`` are exempt: when a side rolls onto the tool its rim touches first, which
+    nodes feel at once and means around corners late.
     """
     faces = np.concatenate([mesh.surface(name)[0] for name in tool.candidates])
     table = facet(faces.shape[1], mesh.dimension)
@@ -112,7 +113,7 @@ def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:
 
 
 def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
-    """Require that no part of a tool is in the body at rest, nor the whole body in it (a tool that is reversed)."""
+    """Require that no part of a tool is in the body at rest, nor the whole body in the tool, as in a reversed one."""
     wrong = _inside(body, tool)
     if wrong is None:
         return
@@ -135,7 +136,7 @@ def _inside(body: Fitted, tool: Tool) -> str | None:
 
 
 def _followed_back(surface: Surface) -> Surface | None:
-    """The surface of the same line with the tool on its other side, None if it is not made of a line."""
+    """The surface with its line followed in the other direction, None if it is not made of a line."""
     if isinstance(surface, Revolved):
         meridian = _followed_back(surface.meridian)
         return None if meridian is None else replace(surface, meridian=meridian)
@@ -175,21 +176,21 @@ def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
     points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, body.mesh.element.ends])
     for name in ("mu_at", "shear_at"):
         for node in getattr(tool, name):
-            one = "one of the tool's candidates (ends of edges, corners of faces, if weighted)"
-            require(node in points, f"{name} node", node, one)
-    caps = not tool.capped or bool(np.isfinite(body.material.yield_stress(0.0)))
+            allowed = "one of the tool's candidates (ends of edges, corners of faces, if weighted)"
+            require(node in points, f"{name} node", node, allowed)
+    flows = bool(np.isfinite(body.material.yield_stress(0.0)))
     allowed = "inf where the material does not flow: it is a part of the yield stress"
-    require(caps, f"{label}.shear", tool.shear, allowed)
+    require(flows or not tool.capped, f"{label}.shear", tool.shear, allowed)
 
 
 def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
-    """The surface's distance of points x (a, d); raises SceneError where it is not finite, or of another shape."""
+    """The surface's distance of points x (a, d); raises SceneError if it is not finite or has another shape."""
     found = surface.distance(x)
     require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
     shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)
     for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
         good = np.shape(value) == shape and bool(np.isfinite(value).all())
         require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
-    units = max_abs(norm(found.normal) - 1)
-    require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
+    off = max_abs(norm(found.normal) - 1)
+    require(off < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {off:.2g}")
     return found

@@ -1,11 +1,12 @@
 r"""The displacements that all supports together hold or prescribe, node by node.
 
-Where supports hold a node along independent unit vectors n_i, its displacement, up to the free part across them all, is
+Where supports give a node the displacements v_i along independent unit vectors n_i, its displacement, up to the free
+part across all n_i, is
 
-    u = sum_i v_i w_i,    n_i . w_j = delta_ij,    w_j in their span,
+    u = sum_i v_i w_i,    n_i . w_j = delta_ij,    w_j in the span of all n_i,
 
-and further supports must agree with it. The axes of a node (:mod:`bipot.fem.axes`) are those of the coordinates where
-these span the n_i; elsewhere they are a basis of the span that begins with n_1, and its complement.
+and further supports must agree with it. The axes of a node (:mod:`bipot.fem.axes`) are the coordinate axes if some of
+these span the n_i; otherwise they are a basis of the span that begins with n_1, and one of its complement.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from bipot.tools.surfaces import ACROSS
 from bipot.typing import Bools, Floats, Ints, max_abs, read_only
 
 PARALLEL = 1e-9
-"""Sine of the angle up to which two directions count as one."""
+"""Sine of the angle up to which two directions count as the same."""
 
 LEAST_SINE = 1e-3
-"""Least sine of the angle between two directions of which one is driven: a node moves a thousand times as far there."""
+"""Least sine of the angle between two directions, one of them driven, at which a node moves a thousand times as far."""
 
 AGREES = 1e-12
 """Difference of two displacements, over the largest, that counts as round-off."""
@@ -38,8 +39,8 @@ AGREES = 1e-12
 class Directions(NamedTuple):
     """Unit vectors along which a body as a whole is kept in its place.
 
-    ``planes`` (p, d) are normals of planes in which it stays: those of symmetry, and a ring moves along its axis;
-    ``held`` (h, d) are these and those of supports, and ``free`` (d, f) is an orthonormal basis of what they leave.
+    ``planes`` (p, d) are normals of planes in which it stays: planes of symmetry, and for a ring one along its axis.
+    ``held`` (h, d) are these and the directions of supports, ``free`` (d, f) is an orthonormal basis of the others.
     """
 
     planes: Floats
@@ -48,7 +49,7 @@ class Directions(NamedTuple):
 
     @staticmethod
     def of(supports: Sequence[Support], dimension: int, ring: bool) -> Directions:
-        """Of the supports of a body."""
+        """The directions of a body with these ``supports``, which is a ``ring`` or not."""
         around = [np.eye(dimension)[0]] * ring
         kept = [s.along(dimension) for s in supports if isinstance(s, Symmetry)]
         planes = np.array([*kept, *around]).reshape(-1, dimension)
@@ -58,7 +59,7 @@ class Directions(NamedTuple):
 
 @dataclass(frozen=True)
 class Driven:
-    """The support that moves its ``nodes`` (m,) by its displacement times ``ways`` (m, d)."""
+    """A ``support`` that moves its ``nodes`` (m,), by its displacement times ``ways`` (m, d)."""
 
     support: Prescribed
     nodes: Ints
@@ -67,7 +68,7 @@ class Driven:
 
 @dataclass(frozen=True)
 class Holding:
-    """The ``axes`` of the nodes, which components along them (a, d) are ``held``, and which of these are ``driven``."""
+    """The ``axes`` of the nodes, components (a, d) along them that are ``held``, and supports that are ``driven``."""
 
     axes: Axes
     held: Bools
@@ -75,11 +76,11 @@ class Holding:
 
     @staticmethod
     def of(supports: Sequence[Support], mesh: Mesh) -> Holding:
-        """Of the supports of a mesh.
+        """The holding of a ``mesh`` by these ``supports``.
 
         Raises:
-            SceneError: an unknown boundary; supports that prescribe two displacements of one node along one direction,
-                or along three; that drive one along directions that are almost one. It names the node.
+            SceneError: an unknown boundary; supports that contradict each other at a node, or drive it along directions
+                that are almost the same. It names the node.
         """
         member = np.zeros((len(mesh.nodes), len(supports)), dtype=bool)
         for k, support in enumerate(supports):
@@ -87,12 +88,12 @@ class Holding:
         d = mesh.dimension
         ways, held = np.zeros((*member.shape, d)), np.zeros(mesh.nodes.shape, dtype=bool)
         rows = np.tile(np.eye(d), (len(mesh.nodes), 1, 1))
-        # Few sets of supports hold all of the nodes.
-        kinds, kind = np.unique(member, axis=0, return_inverse=True)
-        for k in np.flatnonzero(kinds.any(axis=1)).tolist():
-            alike, own = np.flatnonzero(kind.ravel() == k), np.flatnonzero(kinds[k])
-            joint = _joint(supports, own, int(alike[0]), d)
-            ways[np.ix_(alike, own)], rows[alike], held[alike] = joint.ways, joint.axes, joint.held
+        # All nodes with the same set of supports are alike, and there are few such sets.
+        sets, number = np.unique(member, axis=0, return_inverse=True)
+        for k in np.flatnonzero(sets.any(axis=1)).tolist():
+            alike, chosen = np.flatnonzero(number.ravel() == k), np.flatnonzero(sets[k])
+            joint = _joint(supports, chosen, int(alike[0]), d)
+            ways[np.ix_(alike, chosen)], rows[alike], held[alike] = joint.ways, joint.axes, joint.held
         turned = np.flatnonzero((rows != np.eye(d)).any(axis=(1, 2)))
         moving = [(k, support) for k, support in enumerate(supports) if isinstance(support, Prescribed)]
         driven = [Driven(support, np.flatnonzero(member[:, k]), ways[member[:, k], k]) for k, support in moving]
@@ -104,7 +105,7 @@ class Holding:
         return np.flatnonzero(self.held)
 
     def free_along(self, nodes: Ints, vectors: Floats) -> Bools:
-        """Whether the supports let nodes (p,) move along unit vectors (p, d), in part at least."""
+        """Whether the supports let nodes (p,) move with a component along unit vectors (p, d)."""
         parts = np.abs(self.axes.at(nodes, vectors))
         return np.asarray((~self.held[nodes] & (parts > ACROSS)).any(axis=1))
 
@@ -117,7 +118,7 @@ class Holding:
 
     @property
     def shifted(self) -> Bools:
-        """Which of the components along the axes (a, d) are prescribed other than zero."""
+        """Which components along the axes (a, d) are prescribed to be other than zero."""
         out = np.zeros(self.held.shape, dtype=bool)
         for driven in self.driven:
             if driven.support.displacement != 0:
@@ -126,8 +127,8 @@ class Holding:
 
 
 class _Joint(NamedTuple):
-    """Effect of supports (s,) on a node: its ``axes`` (d, d), which components along them are ``held`` (d,), and the
-    ``ways`` (s, d) by which their displacements move it.
+    """The effect of supports (s,) on a node: its ``axes`` (d, d), the components along them that are ``held`` (d,), and
+    the ``ways`` (s, d) by which the supports' displacements move it.
     """
 
     ways: Floats
@@ -135,36 +136,36 @@ class _Joint(NamedTuple):
     held: Bools
 
 
-def _joint(supports: Sequence[Support], own: Ints, node: int, dimension: int) -> _Joint:
-    """Of those of the supports that are the node's ``own``."""
-    given = [supports[k] for k in own.tolist()]
+def _joint(supports: Sequence[Support], chosen: Ints, node: int, dimension: int) -> _Joint:
+    """The joint effect of the supports with the numbers ``chosen`` (s,) on the ``node``."""
+    given = [supports[k] for k in chosen.tolist()]
     vectors = np.array([support.along(dimension) for support in given])
     moving = any(isinstance(support, Prescribed) and support.displacement for support in given)
-    chosen, sine = _independent(vectors)
+    independent, sine = _independent(vectors)
     apart = f"such that directions that hold node {node}, one of them driven, are one or at an angle"
-    require(
-        not moving or sine >= LEAST_SINE, "scene.supports", supports, f"{apart} above {LEAST_SINE:g}, not {sine:.2g}"
-    )
-    whole, triangle = np.linalg.qr(vectors[chosen].T, mode="complete")
-    count, ways = len(chosen), np.zeros(vectors.shape)
+    allowed = f"{apart} above {LEAST_SINE:g}, not {sine:.2g}"
+    require(not moving or sine >= LEAST_SINE, "scene.supports", supports, allowed)
+    whole, triangle = np.linalg.qr(vectors[independent].T, mode="complete")
+    count, ways = len(independent), np.zeros(vectors.shape)
     if moving:
         # n = Q R, hence w = Q R'^-1
-        ways[chosen] = np.linalg.solve(triangle[:count], whole[:, :count].T)
+        ways[independent] = np.linalg.solve(triangle[:count], whole[:, :count].T)
     _require_agreeing(supports, given, ways, node)
     span = whole[:, :count] @ whole[:, :count].T
     held = np.diag(span) > 0.5
     if np.abs(span - np.diag(held)).max() <= ACROSS:
         return _Joint(ways, np.eye(dimension), held)
     axes = whole.T
-    # the first is n_1, not its opposite
+    # QR may return the opposite of n_1.
     axes[:count] *= np.sign(np.diag(triangle))[:, None]
     return _Joint(ways, axes, np.arange(dimension) < count)
 
 
 def _independent(vectors: Floats) -> tuple[list[int], float]:
-    """Which of unit vectors (s, d) span them all, and the least sine of the angle of one with those before it.
+    """Which of the unit ``vectors`` (s, d) span them all, and the least sine of the angle of one to those before it.
 
-    The first, then always the one farthest off the span of those chosen, while it is off by more than :data:`PARALLEL`.
+    They are the first, and then always the vector farthest off the span of those chosen, while it is off by more than
+    :data:`PARALLEL`.
     """
     chosen, least, rest = [0], 1.0, vectors - np.outer(vectors @ vectors[0], vectors[0])
     while len(chosen) < vectors.shape[1] and norm(rest).max() > PARALLEL:

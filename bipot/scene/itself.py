@@ -1,13 +1,13 @@
 r"""Whether a body penetrates itself or its mirror image, since contact is posed with tools only.
 
-For each node on the surface, a point :data:`BENEATH` it in its element is checked. It is in another element, one that
-shares no facet with any of the node's elements, if it is in that element's reference shape under its map x(xi),
+For each node on the surface, a point x :data:`BENEATH` it in its element is checked. It must not be in another element
+that shares no facet with any of the node's elements. It is in an element with the map x(xi) if the solution xi of
 
-    x(xi) = x,    found by Newton's method for the few places in the box around an element.
+    x(xi) = x,    found by Newton's method for the few points in the box around the element,
 
-Points beneath the surface are not in a part that their own only touches, and do not enter it by sliding along its
-sides. A node is in the mirror image where it is past the plane. Overlapping neighbours across a facet are found by the
-orientation (:mod:`bipot.fem.orientation`). The flanks of a notch, which share only its tip, are checked like other
+is in the reference shape. Points beneath the surface are not in a part of the body that their own only touches or
+slides along. A node is in the mirror image if it is past the plane. Overlapping neighbours across a facet are found by
+the orientation (:mod:`bipot.fem.orientation`). The flanks of a notch, which share only its tip, are checked like other
 parts. Surfaces that cross between nodes, without a node in the other part, are not detected.
 """
 
@@ -28,15 +28,16 @@ from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, einsum
 
 DRIFT = 1e-12
-"""Relative drift by round-off of nodes off a plane in which they are held, over some thousand increments."""
+"""Relative drift by round-off, over some thousand increments, of nodes off the plane in which they are held."""
 
 BENEATH = 1e-3
 """Fraction of the way from a node to the middle of its element."""
 
 ROUND_OFF = 1e-9
-"""Round-off over the reference shape, and over an element's size."""
+"""Round-off of places in the reference shape, and of places over an element's size."""
 
 GENERIC = np.array([1.0, np.sqrt(2), np.sqrt(3)])
+"""A direction that no mesh has: few points at different places are at one place along it."""
 
 STEPS = 20
 """Steps of Newton's method; in an element that is not folded a few suffice."""
@@ -46,9 +47,9 @@ STEPS = 20
 class Itself:
     """Nodes on the ``surface`` (s,) of a mesh, an element ``own`` (s,) of each, and sorted keys ``near`` (p,).
 
-    The keys list a node's elements and their neighbours across facets: the key of surface[i] and the element e is i
-    times the number of elements, plus e. ``mirrors`` are planes beyond which the body continues, ``beside`` (m,) the
-    sides, 1 or -1, on which the modelled part is.
+    The keys list a node's elements and their neighbours across facets: the key of surface[i] and element e is i times
+    the number of elements, plus e. ``mirrors`` are planes beyond which the body continues, and ``beside`` (m,), 1 or
+    -1, the side of each on which the modelled part is.
     """
 
     mesh: Mesh
@@ -60,8 +61,8 @@ class Itself:
 
     @staticmethod
     def of(mesh: Mesh, mirrors: Sequence[Mirror]) -> Itself:
-        """Of a body at rest."""
-        # Only needed here; importing the library should not load them.
+        """Prepare the test for the ``mesh`` of a body at rest."""
+        # Imported here because nothing else in this module needs it.
         import scipy.sparse as sp
 
         count, width = mesh.elements.shape
@@ -69,7 +70,7 @@ class Itself:
         has = sp.csr_array((np.ones(rows.size), (rows, mesh.elements.ravel())), shape=(count, len(mesh.nodes)))
         surface = np.unique(mesh.outline)
         _, first = np.unique(mesh.elements, return_index=True)
-        # Node to its elements, to those that have a facet in common with one of these.
+        # From a node to its elements, and from these to elements that share a facet with one of them.
         shared = has @ has.T
         shared.data = (shared.data >= mesh.element.facets.shape[1]).astype(np.float64)
         shared.eliminate_zeros()
@@ -81,7 +82,6 @@ class Itself:
     def require_apart(self) -> None:
         """Refuse a body that penetrates itself at rest, or has two surface nodes at one place."""
         x, tolerance = self.mesh.nodes[self.surface], PLANAR * self.mesh.size
-        # Along a direction that no mesh has, few are at one place that are not.
         along = x @ GENERIC[: x.shape[1]]
         one, other = _within(along, along - tolerance, along + tolerance)
         same = np.flatnonzero((one < other) & (norm(x[one] - x[other]) <= tolerance))[:1]
@@ -113,7 +113,7 @@ class Itself:
         """Which of the points x (s, d) are in the box of which element (p,), neighbours of their nodes excluded."""
         corners = nodes.take(self._by_corner, axis=0)
         low, high = corners.min(axis=0), corners.max(axis=0)
-        # Slab by slab along the first axis: few pairs are left for the others.
+        # Pairs by the first axis come from sorted places; few are left to be tested along the others.
         element, number = _within(x[:, 0], low[:, 0], high[:, 0])
         for axis in range(x.shape[1]):
             seen = x[number, axis]
@@ -125,12 +125,12 @@ class Itself:
 
     @cached_property
     def _by_corner(self) -> Ints:
-        """The mesh's elements (k, e), node by node: minima are then those of whole vectors."""
+        """The mesh's elements (k, e), node by node, so that minima over nodes are taken of whole vectors."""
         return np.ascontiguousarray(self.mesh.elements.T)
 
 
 def _within(values: Floats, low: Floats, high: Floats) -> tuple[Ints, Ints]:
-    """Pairs (p,): which of the intervals, and the number of a value in it.
+    """All pairs (p,) of an interval, from ``low`` to ``high``, and a value in it, by their numbers.
 
     >>> [pair.tolist() for pair in _within(np.array([2.0, 1.0, 5.0]), np.array([0.0, 4.0]), np.array([3.0, 6.0]))]
     [[0, 0, 1], [1, 0, 2]]
@@ -153,7 +153,7 @@ def _inside(element: Element, corners: Floats, x: Floats) -> Bools:
         slope = corners.transpose(0, 2, 1) @ at.gradients
         singular = np.abs(np.linalg.det(slope)) < 1e-300
         slope[singular] = np.eye(x.shape[1])
-        # What leaves the reference shape by far is not inside, and would only run away.
+        # Clipped because a point far off the reference shape is not inside, and its iteration would diverge.
         xi = np.clip(xi + np.linalg.solve(slope, off[..., None])[..., 0], -1.0, 2.0)
     inner = np.concatenate([xi, 1 - (xi if element.shape.cube else xi.sum(axis=1, keepdims=True))], axis=1).min(axis=1)
     return (norm(off) < ROUND_OFF * across) & (inner > -ROUND_OFF)

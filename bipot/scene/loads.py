@@ -1,4 +1,4 @@
-r"""Loads (1)-(3) on the body, other than tools, each a magnitude times an amplitude of pseudo-time.
+r"""Loads (1)-(3) on the body, apart from tools, each a magnitude times an amplitude over pseudo-time.
 
 Body forces and tractions are given per volume and area at rest and keep their direction, so their nodal forces are
 computed once. A pressure acts on the surface in the configuration of equilibrium, along its normal, so it follows the
@@ -80,7 +80,7 @@ class Traction:
         _take_vector(self, "traction")
 
     def check(self, mesh: Mesh) -> None:
-        """The boundary is one of the mesh's surface."""
+        """Require as many components as there are axes, and a boundary on the mesh's surface."""
         require_components(self.vector, mesh.dimension, "traction.vector")
         _surface(self.boundary, mesh, "traction.boundary")
 
@@ -106,7 +106,7 @@ class PointForce:
         _take_vector(self, "point force")
 
     def check(self, mesh: Mesh) -> None:
-        """The node exists."""
+        """Require as many components as there are axes, and a node of the mesh."""
         require_components(self.vector, mesh.dimension, "point force.vector")
         require(self.node < len(mesh.nodes), "point force.node", self.node, f"in [0, {len(mesh.nodes)})")
 
@@ -119,7 +119,7 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Pressure:
-    """A pressure on the mesh boundary ``boundary``, into the body along its current normal, that of equilibrium."""
+    """A pressure on the mesh boundary ``boundary``, into the body along its normal in equilibrium's configuration."""
 
     boundary: str
     pressure: float
@@ -131,12 +131,12 @@ class Pressure:
         require_bounded(self.pressure, self.amplitude, "pressure.pressure", LARGEST_STRESS)
 
     def check(self, mesh: Mesh) -> None:
-        """The boundary is one of the mesh's surface."""
+        """Require a boundary on the mesh's surface."""
         _surface(self.boundary, mesh, "pressure.boundary")
 
 
 def magnitude(load: Load) -> Vector:
-    """What its amplitude multiplies, in its own units; one of a load of another kind."""
+    """The components that a load's amplitude multiplies, in the load's own units; (1,) for a load of another kind."""
     match load:
         case BodyForce() | Traction() | PointForce():
             return load.vector
@@ -179,18 +179,19 @@ class Loading:
 
     @cached_property
     def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:
-        """Pressures with their facets (f, n), anticlockwise, and the elements (f,) of these."""
+        """Pressures with their facets (f, n), anticlockwise, and the facets' elements (f,)."""
         return [(load, *self.space.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
 
 
 def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
-    """The load's vector as plain numbers."""
+    """Convert the load's vector to plain numbers and check their magnitude; ``what`` names the load."""
     components = vector(load.vector, f"{what}.vector")
     object.__setattr__(load, "vector", components)
     require_bounded(max(map(abs, components)), load.amplitude, f"{what}.vector", LARGEST_STRESS)
 
 
 def _surface(boundary: str, mesh: Mesh, label: str) -> None:
+    """Require a boundary of edges (in space faces) of one element each."""
     inner = mesh.inner_edges(boundary)[:1].tolist()
     what = "edges" if mesh.dimension == 2 else "faces"
     require(not inner, label, boundary, f"{what} of one element each; {inner} lies between two")

@@ -12,13 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import (
-    InvertedElement,
-    SceneError,
-    require,
-    require_tuple,
-    require_type,
-)
+from bipot.errors import InvertedElement, SceneError, require, require_tuple, require_type
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.projection import VOLUMES, VolumeChange
@@ -44,12 +38,12 @@ from bipot.tools.tool import AnyTool, Tool
 from bipot.typing import Bools, Floats
 
 IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
-"""How elements of space are numbered, in words."""
+"""How the nodes of elements in space are numbered, in words."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """One body with its supports, tools and loads. A support that is a ``Symmetry`` makes it a part of a larger body.
+    """One body with its supports, tools and loads. A ``Symmetry`` among the supports makes it a part of a larger body.
 
     ``quadrature`` and the representation of the ``volume`` change are by default the element's own (:attr:`rule`,
     :attr:`volume_change`).
@@ -93,8 +87,8 @@ class Scene:
         require_mirrored(self.planes, self.mesh, self.tools, self.loads)
 
     def _check_types(self) -> None:
-        one = {"mesh": Mesh, "geometry": Geometry, "material": Material}
-        for name, kind in (one | {"configuration": Configuration}).items():
+        kinds = {"mesh": Mesh, "geometry": Geometry, "material": Material, "configuration": Configuration}
+        for name, kind in kinds.items():
             require_type(getattr(self, name), kind, f"scene.{name}")
         require_type(self.quadrature, Quadrature, "scene.quadrature", optional=True)
         rules = RULES[self.mesh.element]
@@ -132,7 +126,7 @@ class Scene:
 
     @cached_property
     def directions(self) -> Directions:
-        """Along which supports and planes of symmetry keep the body as a whole, and along which it may go."""
+        """The directions along which supports and planes of symmetry keep the body as a whole, and those left free."""
         return Directions.of(self.supports, self.mesh.dimension, self.ring)
 
     @cached_property
@@ -165,7 +159,7 @@ class Scene:
 
     @cached_property
     def calipers(self) -> Calipers:
-        """The extents of the whole body, however it is turned."""
+        """The widths of the whole body across its facets, which do not depend on how it is turned."""
         x, outline = self.mesh.nodes, self.mesh.outline
         facets = x[outline[:, self.mesh.element.ends]]
         for plane in self.planes:
@@ -189,11 +183,11 @@ class Scene:
         return tuple(sorted({tau for path, _ in self._moved(self.tools) for tau in corners(path)}))
 
     def paces(self, near: Bools) -> Paces:
-        """At which of the kinks all these rates are multiplied by one factor; of tools (k,) those that are ``near``."""
+        """The kinks and the change of pace at each, with the tools (k,) that are ``near`` only."""
         return paces_of(self._moved([tool for tool, counts in zip(self.tools, near, strict=True) if counts]))
 
     def _moved(self, tools: Sequence[Tool]) -> tuple[Moved, ...]:
-        """All paths and amplitudes, and what they multiply: that of a roll without a moment changes nothing."""
+        """All paths and amplitudes, and what they multiply; tools, with their turns, are those given."""
         turns = [(turn.amplitude.points, (turn.angle,)) for tool in tools if (turn := tool.turn) is not None]
         moving = [(s.amplitude.points, (s.displacement,)) for s in self.supports if isinstance(s, Prescribed)]
         loads = [(load.amplitude.points, magnitude(load)) for load in self.loads]
@@ -215,7 +209,7 @@ class Scene:
 
     @cached_property
     def drives(self) -> Drives:
-        """Forces and moments that drive tools, and the coordinates (m,) that are therefore unknown."""
+        """The forces and moments that drive tools, and the coordinates (m,) that they make unknown."""
         return Drives.of(self.tools, self.planes, self.mesh)
 
     def travel(self, tau: float, tau_end: float) -> Floats:

@@ -1,7 +1,7 @@
 """Supports of a body: fixed ones, driven ones, and planes of symmetry that cut the body.
 
 Each holds the displacement along one direction, an axis or any unit vector. :mod:`bipot.scene.holding` combines several
-on one node, and :mod:`bipot.scene.symmetry` checks the rest of a scene against planes of symmetry.
+at one node, and :mod:`bipot.scene.symmetry` checks the rest of a scene against planes of symmetry.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from bipot.typing import Vector, make_floats
 
 @dataclass(frozen=True)
 class Support:
-    """The displacement along ``direction`` is zero on the mesh boundary ``boundary``; across it nodes are free.
+    """The displacement along ``direction`` is zero on the mesh boundary ``boundary``; nodes are free to move across it.
 
     A direction is the number of an axis, 0, 1 or, in space, 2, or a unit vector, in a plane (cos a, sin a).
     """
@@ -41,10 +41,10 @@ class Support:
         return 0.0
 
     def along(self, dimension: int) -> Vector:
-        """The direction as a unit vector in this dimension, along an axis where it is off one by round-off.
+        """The direction as a unit vector in this dimension, exactly along an axis if it is so to round-off.
 
         Raises:
-            SceneError: there is no such axis, or a vector of another number of components.
+            SceneError: an axis that does not exist, or a vector with another number of components.
 
         >>> Support("top", 1).along(2), Support("top", (-0.6, 0.8)).along(2), Support("top", (6e-17, -1.0)).along(2)
         ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
@@ -79,7 +79,7 @@ class Prescribed(Support):
 
 @dataclass(frozen=True)
 class Symmetry(Support):
-    """The mesh boundary ``boundary`` lies in a plane across ``direction`` beyond which the mirror image was cut away.
+    """The mesh boundary ``boundary`` is in a plane across ``direction``, beyond which the mirror image was cut away.
 
     The displacement along ``direction`` is zero there, as at a support. Supports, tools and loads of a scene are those
     on the modelled part, and their mirror images act on its mirror image.
@@ -87,7 +87,7 @@ class Symmetry(Support):
 
 
 def named(vector: Vector) -> str:
-    """A direction in words: the number of its axis, or else the vector.
+    """A unit vector in words: the number of its axis, or its components.
 
     >>> named((0.0, 1.0)), named((0.6, -0.8)), named((0.0, 0.6, -0.8))
     ('1', '(0.6, -0.8)', '(0, 0.6, -0.8)')

@@ -7,10 +7,10 @@ part, its force on the whole body is
 
     F = 2 (f - (f . m) m),
 
-for one plane after the other; two are at a right angle. The mirror image of any other tool is another tool with a force
-of its own, which may only touch the mirror images of the candidates. Where it meets the modelled part too
+for one plane after the other; all are at right angles. The mirror image of any other tool is another tool with a force
+of its own, which may touch the mirror images of the candidates only. If it meets the modelled part too
 (:func:`image_depth`), the scene or the increment is refused. At a point of the plane a force and its mirror image both
-act, so the whole body bears twice a point force given there. A body that penetrates its mirror image is refused
+act, so that the whole body bears twice a point force given there. A body that penetrates its mirror image is refused
 (:mod:`bipot.scene.itself`).
 """
 
@@ -34,20 +34,19 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Vector, max_abs
 
 PLANAR = 1e-9
-"""Distance of nodes off their plane, over the body's size, that counts as round-off, however far the mesh is from the
-origin."""
+"""Distance of nodes from their plane, over the body's size, that counts as round-off, wherever the origin is."""
 
 
 @dataclass(frozen=True)
 class Mirror:
-    """The plane m . x = ``position`` of unit ``normal`` m that cut the body; nodes within ``roundoff`` are on it."""
+    """The plane m . x = ``position`` with the unit ``normal`` m; points within ``roundoff`` of it are on it."""
 
     normal: Vector
     position: float
     roundoff: float
 
     def side(self, points: Floats) -> Floats:
-        """How far (...) points (..., d) are off the plane, on the side of its normal."""
+        """The distance (...) of points (..., d) from the plane, positive on the side of its normal."""
         return points @ np.array(self.normal) - self.position
 
     def holds(self, points: Floats) -> Bools:
@@ -68,17 +67,17 @@ class Mirror:
 
     @property
     def words(self) -> str:
-        """Its equation."""
+        """The plane's equation."""
         name = named(self.normal)
         return f"{f'x_{name}' if name.isdigit() else f'{name} . x'} = {self.position:g}"
 
 
 def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tuple[Mirror, ...]:
-    """The planes of symmetry, one for each direction that has some.
+    """The planes of symmetry, one for each direction that has any.
 
     Raises:
         SceneError: a boundary that is not in one plane, a plane that has the body on both sides, two planes across one
-            direction or at an angle that is not right, one across another direction of a meridian than its axis.
+            direction or not at a right angle, a plane of a meridian that is not across its axis.
     """
     planes = list[Mirror]()
     for support in supports:
@@ -98,8 +97,8 @@ def _require_one(plane: Mirror, other: Mirror, support: Symmetry) -> None:
     parallel = max_abs(frames(np.array(other.normal))[1:] @ np.array(plane.normal)) <= ACROSS
     require(parallel, field, support.boundary, right)
     once = f"in the plane of the other, {other.words}: two make a periodic array"
-    way = float(np.sign(np.dot(plane.normal, other.normal)))
-    require(abs(way * plane.position - other.position) <= plane.roundoff, field, support.boundary, once)
+    sign = float(np.sign(np.dot(plane.normal, other.normal)))
+    require(abs(sign * plane.position - other.position) <= plane.roundoff, field, support.boundary, once)
 
 
 def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Mirror:
@@ -119,7 +118,7 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Mirror:
 
 
 def require_outer(mirrors: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
-    """Refuse tools and loads on edges in planes of symmetry, or on the axis of a ring: inside the whole body."""
+    """Refuse tools and loads on edges in planes of symmetry or on the axis of a ring, inside the whole body."""
     for plane in mirrors:
         for k, tool in enumerate(tools):
             _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")
@@ -155,7 +154,7 @@ def require_mirrored(planes: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool]
 
 
 def _turns_in(plane: Mirror, turn: Turn | None) -> bool:
-    """Whether a tool that the plane cuts stays its own mirror image: its axis is across the plane, or it rests."""
+    """Whether a tool that the plane cuts stays its own mirror image: it does not turn, or about the plane's normal."""
     if turn is None or turn.axis is None:
         return turn is None
     return float(norm(np.cross(turn.axis, plane.normal))) <= ACROSS
@@ -168,14 +167,15 @@ def image_depth(plane: Mirror, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floa
     """
     if plane.cuts(tool):
         return 0.0
-    own = mesh.boundary_nodes(*tool.candidates)
+    candidates = mesh.boundary_nodes(*tool.candidates)
     # A point in the plane is its own mirror image.
-    x = plane.images(nodes[own[~plane.holds(mesh.nodes[own])]])
+    x = plane.images(nodes[candidates[~plane.holds(mesh.nodes[candidates])]])
     gap = tool.distance(x, pose)
     return max(0.0, -float(gap[~tool.face.beyond(tool.own(x, pose))].min(initial=0.0)))
 
 
 def _require_mirrored_load(plane: Mirror, mesh: Mesh, load: Load, label: str) -> None:
+    """Require that a body force, or a point force in the plane, has no component along the plane's normal."""
     d = named(plane.normal)
     if isinstance(load, BodyForce):
         turned = f"without a component along {d}: beyond the plane of symmetry it would turn round"
@@ -199,9 +199,9 @@ def share(planes: Sequence[Mirror], tool: Tool) -> float:
 
 
 def own_share(planes: Sequence[Mirror], points: Floats) -> Floats:
-    """How much (n,) of each group of ``points`` (n, k, d) is the modelled part's: a half for each plane that holds all.
+    """The part (n,) of each node, edge or face, ``points`` (n, k, d), that is modelled: a half per plane that holds it.
 
-    The whole body has such a node, edge or face once, and others once in each of its parts.
+    The whole body has such a one once, and any other once beyond each plane.
 
     >>> left, base = (Mirror(normal, 0.0, 1e-9) for normal in ((1.0, 0.0), (0.0, 1.0)))
     >>> own_share((left, base), np.array([[[0.0, 0.0]], [[0.0, 2.0]], [[3.0, 2.0]]]))
@@ -216,7 +216,7 @@ def own_share(planes: Sequence[Mirror], points: Floats) -> Floats:
 def whole_force(planes: Sequence[Mirror], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
-    Around an axis, radial components sum to zero as a vector.
+    Around an axis the vectors of radial components sum to zero.
 
     >>> from bipot.tools.tool import FlatTool
     >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)

@@ -1,4 +1,4 @@
-"""Ways of points to tools through the air: seen from a tool that turns, which moves evenly, they are not straight."""
+"""Ways of points to tools through the air; seen from a tool that turns, they are not straight."""
 
 from __future__ import annotations
 
@@ -14,12 +14,10 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints, max_abs
 
 PARTS, TIMES = 16, 14
-"""Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches.
-
-Of an increment in which something turns round more than once each turn is divided so at first, up to TURNS of them.
-"""
+"""To find when a candidate first touches, the increment is divided into PARTS, then one of these, and so on, TIMES."""
 
 TURNS = 64
+"""If something turns more than once in an increment, each turn is divided into PARTS at first, up to so many turns."""
 
 
 class Carried(NamedTuple):
@@ -40,17 +38,17 @@ class Carried(NamedTuple):
         return Carried(by, np.zeros_like(by), np.zeros(count), np.zeros((count, pose_size(d) - d)))
 
     def after(self, part: Floats) -> Floats:
-        """Their displacement (w, …, d) after a ``part`` (w, …) of the increment."""
+        """The points' displacement (w, …, d) after a ``part`` (w, …) of the increment."""
         each, angle = _each(part), part[..., None] * self.angle[_each(part)][..., None]
         return part[..., None] * self.by[each] + turned_on(self.axis[each], angle, self.arm[each])
 
-    def only(self, own: Ints) -> Carried:
-        """Those of the ``own`` points (m,)."""
-        return Carried(*(field[own] for field in self))
+    def only(self, points: Ints) -> Carried:
+        """The same of some ``points`` (m,) only."""
+        return Carried(*(field[points] for field in self))
 
 
 class Aloft(NamedTuple):
-    """Parts at x (w, d) that are ``carried`` while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
+    """Parts that are ``carried`` from x (w, d) while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
 
     x: Floats
     carried: Carried
@@ -59,7 +57,7 @@ class Aloft(NamedTuple):
 
 
 class Way(NamedTuple):
-    """Of m points at x (m, d) that are ``carried`` as their ``tool`` in the ``pose`` (p,) advances."""
+    """The way of m points that are ``carried`` from x (m, d) while their ``tool`` in the ``pose`` (p,) advances."""
 
     tool: Tool
     x: Floats
@@ -68,18 +66,18 @@ class Way(NamedTuple):
     advance: Floats
 
     def gone(self, part: Floats) -> Floats:
-        """How far (m, …, d) they have gone in the frame of the tool after a ``part`` (m, …) of the increment."""
+        """The points' motion (m, …, d) in the frame of the tool after a ``part`` (m, …) of the increment."""
         return self.tool.going(self.x[_each(part)], self.carried.after(part), self.pose, self.advance, part)
 
     def seen(self, part: Floats) -> Floats:
-        """Where they are then in the frame of the tool (m, …, d)."""
+        """The points' places (m, …, d) in the frame of the tool after a ``part`` (m, …) of the increment."""
         return self.tool.own(self.x, self.pose)[_each(part)] + self.gone(part)
 
     def in_air(self, gaps: Callable[[Ints, Floats], Floats], owner: Ints) -> Floats:
-        """Parts of the increment (m,) before their candidates touch, of which some at (m, …, d) have ``gaps`` (c, …).
+        """The part of the increment (m,) before each point's candidate, its ``owner`` (m,), touches.
 
-        Point by point the ``owner`` (m,) is its candidate. Those that do not touch at the end go the part by which
-        that closes their gap.
+        ``gaps(some, places)`` are those (c, …) of candidates if ``some`` points (s,) are at ``places`` (s, …, d). For
+        candidates that do not touch by the end, it is the part of their gap that closes.
         """
         every = np.arange(len(self.x))
         gap, left = (gaps(every, self.seen(np.full(len(self.x), part))) for part in (0.0, 1.0))
@@ -90,8 +88,8 @@ class Way(NamedTuple):
         return out[owner]
 
     def _before(self, gaps: Callable[[Ints, Floats], Floats], owner: Ints, lands: Bools) -> Floats:
-        """That (c,) of candidates that are the ones which touch at the end."""
-        # Few of many land in an increment, and only those are looked for.
+        """The part (c,) before candidates touch, computed for those that ``lands`` (c,) marks."""
+        # Few of many candidates land in an increment, and only their points are followed.
         some = np.flatnonzero(lands[owner])
         way = self._replace(x=self.x[some], carried=self.carried.only(some))
         early, step, parts = np.zeros(len(lands)), 1.0, PARTS * way.turns
@@ -105,11 +103,11 @@ class Way(NamedTuple):
 
     @property
     def turns(self) -> int:
-        """How often the tool or a point turns round, rounded up, from one to TURNS."""
-        own = float(norm(angles_of(self.advance)))
-        return math.ceil(np.clip(max(own, max_abs(self.carried.angle)) / math.tau, 1, TURNS))
+        """The number of full turns of the tool or a point, rounded up, from one to TURNS."""
+        angle = max(float(norm(angles_of(self.advance))), max_abs(self.carried.angle))
+        return math.ceil(np.clip(angle / math.tau, 1, TURNS))
 
 
 def _each(part: Floats) -> tuple[slice | None, ...]:
-    """Index of the points (m, d) to which parts (m, …) of the increment apply one by one."""
+    """The index that makes arrays of points (m, d) broadcast with parts (m, …) of the increment."""
     return (slice(None), *(None,) * (part.ndim - 1))

@@ -1,21 +1,21 @@
 r"""Where candidates meet their tools at the end of an increment, and how that changes as they move.
 
-In the tool's own frame a candidate moves from y to y + dy in the increment. Its gap at the end is that at the start
-plus its growth. Its slip is the arc of the surface between the nearest points at start and end, so slips add up over
-increments (:mod:`bipot.tools.surfaces`); in space it is that of :mod:`bipot.tools.slips`. For a candidate that starts
-apart from the tool, slip begins where the body, as far as it is carried, would touch it: motion in the air is no slip
-(:meth:`Faces.in_air`). With frame n, t_i and C = grad n at the end (c t t' in a plane), forces r = (r_n, r_t) dual to
-them are
+In the tool's own frame a candidate moves from y to y + dy in the increment. Its gap at the end is the gap at the start
+plus its growth. Its slip is the arc of the surface between the nearest points at start and end, so that slips add up
+over increments (:mod:`bipot.tools.surfaces`); for slips in space see :mod:`bipot.tools.slips`. For a candidate that
+starts apart from the tool, slip begins where the body, if it were only carried along, would touch it: motion in the air
+is no slip (:meth:`Faces.in_air`). With the frame n, t_i and C = grad n at the end (c t t' in a plane), forces
+r = (r_n, r_t) dual to gap and slip are the vectors
 
     r_n n + sum_i r_i (1 - g C) t_i,
 
-which is along the frame where the gap g is zero. They change with the position by
+which are along the frame where the gap g is zero. They change with the position by
 
     r_n C - sum_i r_i (B_i n' + n B_i'),    B_i = C (1 - g C) t_i,
 
-and in space by the turn of t_1 and t_2 about n. That is exact where the gap is zero or C is constant along the surface,
-as on planes, cylinders and spheres. :mod:`bipot.contact.coupling` has their change with the pose of a driven tool. All
-this is for one node; gap and slip of a candidate that is a mean of nodes are the means of theirs
+and in space by the turn of t_1 and t_2 about n. This is exact where the gap is zero or C is constant along the surface,
+as on planes, cylinders and spheres. For their change with the pose of a driven tool see :mod:`bipot.contact.coupling`.
+All this is for one node; the gap and the slip of a candidate that is a mean of nodes are means over these nodes
 (:mod:`bipot.tools.parts`).
 """
 
@@ -38,7 +38,7 @@ from bipot.typing import Bools, Floats, Ints, einsum, vdot
 
 
 class Going(NamedTuple):
-    """Parts at x (w, d) that move ``by`` (w, d) while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
+    """Parts that move from x (w, d) ``by`` (w, d) while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
 
     x: Floats
     by: Floats
@@ -50,12 +50,13 @@ class Going(NamedTuple):
 class Meeting:
     """``motion`` (c, d), the gap at the end and the slip of candidates, and fields of their w parts.
 
-    ``frames`` (w, d, d) are their derivatives by position, ``curvature`` C (w, d, d) that of the lines or surfaces of
-    equal gaps, ``arm`` (w, d) the vectors from the centre about which their tool turns, zero if it does not. In the
-    frame of their tool the parts were at ``place`` (w, d) and moved ``by`` (w, d).
+    ``frames`` (w, d, d) are the derivatives of gap and slip by position, ``curvature`` C (w, d, d) is that of the lines
+    or surfaces of equal gap, and ``arm`` (w, d) the vectors from the centre about which the tool turns, zero if it does
+    not. In the frame of their tool the parts were at ``place`` (w, d) and moved ``by`` (w, d).
 
-    In space the frames turn about their normals by ``spun`` (w, 3) times the change of these, and slips change by
-    ``measured`` (c, 3, 3) times the change along the frames, in the mean over the parts; in a plane both are None.
+    In space the frames turn about their normals by ``spun`` (w, 3) times the change of the normals, and gap and slip
+    change by ``measured`` (c, 3, 3) times the change along the frames, in the mean over the parts; in a plane both are
+    None.
     """
 
     motion: Floats
@@ -78,9 +79,9 @@ class Meeting:
         return out + self._twisted(r)[:, :, None] * turning[:, None]
 
     def lag(self, r: Floats, mine: Bools, spin: Floats) -> Floats:
-        """The part (m, 2, d) of the friction in r (w, d) that does not turn as ``mine`` (w,) turn with tools.
+        """The change (m, 2, d) of friction in r (w, d) by which the parts ``mine`` (w,) lag behind their turning tools.
 
-        ``spin`` (m, 2, d) are the rates of two coordinates of each part's tool; zero in a plane.
+        ``spin`` (m, 2, d) are the turns by the two coordinates of each part's tool; the lag is zero in a plane.
         """
         if self.spun is None:
             return np.zeros((*spin.shape[:2], 2))
@@ -96,9 +97,9 @@ class Meeting:
 
 @dataclass(frozen=True)
 class Faces:
-    """The surfaces of tools as w ``parts`` of c candidates meet them; ``owned`` (k, w) tells the tool of each part.
+    """The surfaces of tools as w ``parts`` of c candidates meet them; ``owned`` (k, w) marks the parts of each tool.
 
-    Frames in space are arbitrary ``reference`` frames (w, 3, 3), transported from their normals to the current ones.
+    Frames in space are the ``reference`` frames (w, 3, 3), transported from their normals to the current ones.
     """
 
     tools: Sequence[Tool]
@@ -107,7 +108,7 @@ class Faces:
     parts: Parts
 
     def distance(self, x: Floats, placed: Floats) -> Floats:
-        """Gap (c,) to the tools in the poses ``placed`` (k, p) with parts at x (w, d), good to its round-off."""
+        """Gap (c,) to the tools in the poses ``placed`` (k, p) with parts at x (w, d), to the round-off of places."""
         return self.parts.gathered(self._by_tools(Tool.distance, x, placed, np.empty(len(x))))
 
     def places(self, x: Floats, placed: Floats) -> Floats:
@@ -130,15 +131,15 @@ class Faces:
         return self._by_tools(Tool.arm, x, placed, np.empty_like(x))
 
     def _by_tools(self, of: Callable[[Tool, Floats, Floats], Floats], x: Floats, placed: Floats, out: Floats) -> Floats:
-        """``out`` (w, …) with what is ``of`` each tool in its pose for its parts at x (w, d)."""
+        """``out`` (w, …) filled in, tool by tool, with ``of(tool, x, pose)`` for the tool's parts at x (w, d)."""
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             out[mine] = of(tool, x[mine], pose)
         return out
 
     def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
-        """Of candidates that start with a ``gap`` (c,) and are ``going``.
+        """The meeting of candidates that start with a ``gap`` (c,) and are ``going``.
 
-        Their parts' motion ``before`` (w, d) they touch, in the tools' frames, is no slip.
+        The parts' motion ``before`` they touch (w, d), in the tools' frames, is no slip.
         """
         motion, arm = np.empty_like(going.x), np.empty_like(going.x)
         place, by, slid = (np.empty_like(going.x) for _ in range(3))
@@ -157,8 +158,8 @@ class Faces:
             slid[mine] = tool.turned(slips[1], pose + advance)
             arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
         framed = self._framed(seen.normal)
-        own = gap if self.parts.single else self._by_tools(Tool.distance, going.x, going.placed, np.empty(len(going.x)))
-        rows = _slopes(framed, own + motion[:, 0], seen.curvature)
+        gaps = gap if self.parts.single else self._by_tools(Tool.distance, going.x, going.placed, np.empty(len(place)))
+        rows = _slopes(framed, gaps + motion[:, 0], seen.curvature)
         if motion.shape[1] == 2:
             return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)
         spun = spin(self.reference, seen.normal)
@@ -177,26 +178,26 @@ class Faces:
     def in_air(self, apart: Bools, going: Aloft) -> Floats:
         """The motion (w, d) before they touch, in the tool's frame, of parts of candidates that start ``apart`` (c,).
 
-        They are ``going`` as in a body at rest, evenly with their tools: where these turn, not straight. Those that do
-        not touch then go the part of that way by which it closes their gap: what closes the rest is the body's own
-        motion, with which they slip all the way (:mod:`bipot.tools.aloft`).
+        They are ``going`` as in a body at rest, which seen from a turning tool is not straight. Of those that this does
+        not bring to the tool, the part of this motion counts by which it closes the gap: the rest is closed by the
+        body's own motion, which is slip all the way (:mod:`bipot.tools.aloft`).
         """
         out, owner = np.zeros_like(going.x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
-            own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
-            way = Way(tool, going.x[own], going.carried.only(own), pose, advance)
-            gaps = partial(self._gaps, tool, own)
-            out[own] = way.gone(way.in_air(gaps, owner[own]))
+            coming = np.flatnonzero(mine & apart[owner] & (not tool.flat))
+            way = Way(tool, going.x[coming], going.carried.only(coming), pose, advance)
+            gaps = partial(self._gaps, tool, coming)
+            out[coming] = way.gone(way.in_air(gaps, owner[coming]))
         return out
 
-    def _gaps(self, tool: Tool, own: Ints, some: Ints, places: Floats) -> Floats:
-        """Gaps (c, …) of candidates of whose ``own`` parts ``some`` (m,) are at ``places`` (m, …, d) of the tool."""
+    def _gaps(self, tool: Tool, coming: Ints, some: Ints, places: Floats) -> Floats:
+        """Gaps (c, …) of candidates, of whose ``coming`` parts ``some`` (m,) are seen at ``places`` (m, …, d)."""
         gap = np.zeros((len(self.parts.owner), *places.shape[1:-1]))
-        gap[own[some]] = tool.face.gap(places, np.zeros(places.shape[-1]))
+        gap[coming[some]] = tool.face.gap(places, np.zeros(places.shape[-1]))
         return self.parts.gathered(gap)
 
     def after(self, x: Floats, placed: Floats, before: Floats) -> Floats:
-        """Gaps (c,) of parts from x (w, d) after the motion ``before`` (w, d) of :meth:`in_air`; poses ``placed``."""
+        """Gaps (c,) of candidates whose parts, seen by tools ``placed`` (k, p), go from x by ``before`` (w, d)."""
         gap = np.empty(len(x))
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             gap[mine] = tool.face.gap(tool.own(x[mine], pose) + before[mine], np.zeros(x.shape[1]))
@@ -217,17 +218,17 @@ class Faces:
         return self.parts.any(out)
 
     def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
-        """Displacement (w, d) by turning of the tools' points at x (w, d), as tools ``advance`` (k, p)."""
+        """Displacement (w, d) of the tools' points at x (w, d) by the turns in the poses' ``advance`` (k, p)."""
         return self._by_turns(Turn.swept, x, placed, advance)
 
     def carried(self, middle: Floats, placed: Floats, advance: Floats) -> Floats:
-        """Displacement (w, d) by turning, as :meth:`swept`, of tool points whose paths have the ``middle`` (w, d)."""
+        """The same as :meth:`swept` for tool points whose paths have their middles at ``middle`` (w, d)."""
         return self._by_turns(Turn.carried, middle, placed, advance)
 
     def _by_turns(
         self, way: Callable[[Turn, Floats, Floats, Floats], Floats], x: Floats, placed: Floats, advance: Floats
     ) -> Floats:
-        """The result of ``way`` for points x (w, d) of turning tools, zero for others."""
+        """``way(turn, x, pose, advance)`` (w, d) for points x (w, d) of tools that turn, zero for others."""
         out = np.zeros_like(x)
         for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
             if tool.turn is not None:
@@ -244,7 +245,7 @@ class Faces:
 
 
 class _Seen(NamedTuple):
-    """Of w parts ``gap`` (w,), ``normal`` (w, d) and ``curvature`` C (w, d, d), filled in tool by tool."""
+    """The ``gap`` (w,), ``normal`` (w, d) and ``curvature`` C (w, d, d) of w parts, filled in tool by tool."""
 
     gap: Floats
     normal: Floats
@@ -252,7 +253,7 @@ class _Seen(NamedTuple):
 
     @staticmethod
     def none(x: Floats) -> _Seen:
-        """Of parts at x (w, d), nothing filled in."""
+        """Space for parts at x (w, d), nothing filled in."""
         return _Seen(np.empty(len(x)), np.empty_like(x), np.empty((*x.shape, x.shape[1])))
 
     def take(self, mine: Bools, tool: Tool, own: Floats, pose: Floats) -> None:
@@ -268,7 +269,7 @@ class _Seen(NamedTuple):
 
 
 def _slopes(framed: Floats, gap: Floats, curvature: Floats) -> Floats:
-    """Derivatives (w, d, d) of gap and slip from frames (w, d, d): (1 - g C) t_i along the tangents."""
+    """Derivatives (w, d, d) of gap and slip by position, n and (1 - g C) t_i, from frames (w, d, d)."""
     out = framed.copy()
     out[:, 1:] -= gap[:, None, None] * framed[:, 1:] @ curvature
     return out

@@ -36,15 +36,14 @@ class Tool:
     """A rigid tool of a scene, with a ``surface`` that translates by ``travel`` times the ``path``.
 
     The path is piecewise linear through (tau, multiple) with tau from 0 to 1. The default moves once by the travel;
-    (0, 0), (0.5, 1), (1, 0.9) retracts by a tenth. A multiple may be a pair, one for each component of ``travel``:
-    (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the
-    mesh boundaries ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given.
-    ``mu = inf`` welds: what touches at the start of an increment stays tied.
+    (0, 0), (0.5, 1), (1, 0.9) retracts by a tenth. A multiple may have one number for each component of ``travel``:
+    (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides. Nodes of the mesh boundaries ``candidates`` may
+    touch the tool, with the Coulomb coefficient ``mu``, or ``mu_at`` of the node where given. ``mu = inf`` welds: what
+    touches at the start of an increment stays tied.
 
-    ``shear``, m from 0 to 1, caps the shear force by m times the shear yield stress of the body there,
-    |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.contact.shear`); ``shear_at`` is that of a
-    node, inf where there is no cap. With a cap, ``mu = inf`` welds nothing: the shear stress is m k where the body
-    slides.
+    ``shear``, m from 0 to 1, caps the shear stress at m times the shear yield stress of the body there,
+    |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.contact.shear`); ``shear_at`` is m by node;
+    inf is no cap. With a cap, ``mu = inf`` welds nothing: the shear stress is m k where the body slides.
 
     The translation of a tool ``driven_by`` a force is unknown along the force; across it the tool follows its path.
     The angle of a ``turn`` that is driven by a moment is unknown too.
@@ -86,7 +85,7 @@ class Tool:
         require(different, "tool.candidates", self.candidates, "different boundaries")
 
     def _check_path(self) -> None:
-        allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
+        allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or one for each component of the travel"
         object.__setattr__(self, "path", checked(self.path, "tool.path", allowed))
         require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
         fits = all(np.size(multiple) in (1, len(self.travel)) for _, multiple in self.path)
@@ -122,7 +121,7 @@ class Tool:
         return self.face.gap(self.own(x, pose), np.zeros(x.shape[-1]))
 
     def places(self, x: Floats, pose: Floats) -> Floats:
-        """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
+        """Magnitude (…) of the numbers of which :meth:`distance` is the difference: its round-off is relative to it."""
         if self.turn is None:
             return self.face.size(x, pose[: x.shape[-1]])
         gone, angles = np.split(pose, [x.shape[-1]])
@@ -134,20 +133,20 @@ class Tool:
         return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
-        """Motion in the frame of the tool, which moves by a ``part`` (…) of ``advance`` (p,), of points x (…, d).
+        """Motion (…, d), seen from the tool, of points that move from x (…, d) ``by`` (…, d).
 
-        They move ``by`` (…, d).
+        The tool moves meanwhile by a ``part`` (…) of its ``advance`` (p,).
         """
         if self.turn is None:
             return by - np.asarray(part)[..., None] * advance[: x.shape[-1]]
         return self.turn.going(x, by, pose, advance, part)
 
     def arm(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) relative to the centre about which the tool in the ``pose`` (p,) turns; zero if none."""
+        """Vectors (…, d) from the centre about which the tool in the ``pose`` (p,) turns to x; zero if it does not."""
         return np.zeros_like(x) if self.turn is None else self.turn.arm(x, pose)
 
     def turned(self, vectors: Floats, pose: Floats) -> Floats:
-        """Vectors (…, d) of the tool at rest as they are in its ``pose`` (p,)."""
+        """Vectors (…, d) given in the frame of the tool, turned to its ``pose`` (p,)."""
         return vectors if self.turn is None else vectors @ rotation(pose[vectors.shape[-1] :]).T
 
     def pose(self, tau: float) -> Floats:
@@ -165,7 +164,7 @@ class Tool:
         array([ 0. , -1.8])
         """
         taus, multiples = self._multiples
-        start, end = np.transpose([np.interp([tau, tau_end], taus, own) for own in multiples.T])
+        start, end = np.transpose([np.interp([tau, tau_end], taus, component) for component in multiples.T])
         return (end - start) * np.array(self.travel, dtype=np.float64)
 
     @cached_property
@@ -183,12 +182,12 @@ class Tool:
 class FlatTool(Tool):
     """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
 
-    Vectors have two components in a plane, three in space. All else is as in :class:`Tool`.
+    Vectors have two components in a plane, three in space. The other fields are as in :class:`Tool`.
 
     Raises:
-        SceneError: a vector that is not two or three finite numbers, a normal that is none, a path that is not pairs
-            from (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool
-            off the body, a path that goes along the force.
+        SceneError: a vector that is not two or three finite numbers, a normal that is no unit vector, a path that is
+            not pairs from (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that
+            pulls the tool off the body, a path that goes along the force.
     """
 
     point: tuple[float, ...]
@@ -223,12 +222,12 @@ class FlatTool(Tool):
 
 @dataclass(frozen=True)
 class ShapedTool(Tool):
-    """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
+    """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; the other fields are as in :class:`Tool`.
 
     It follows its path and may ``turn`` meanwhile; slips are relative to the point of the tool that is touched.
 
     Raises:
-        SceneError: as :class:`FlatTool`, but for a force's direction; a turn that is none.
+        SceneError: as :class:`FlatTool`, except that a force may have any direction; a ``turn`` of another type.
     """
 
     surface: Surface
