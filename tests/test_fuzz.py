@@ -284,3 +284,8 @@ def test_abbreviated_and_bad_options_are_refused(bad, capsys):
     with pytest.raises(SystemExit):
         fuzz.main(bad)
     assert bad[0] in capsys.readouterr().err or "unrecognized" in capsys.readouterr().err
+
+
+def test_what_tools_take_of_loads_at_once_sets_the_scale_of_their_balance():
+    """A pressure pulls the face of a block onto a tool with 150 times the forces within the block."""
+    assert fuzz_judge.judge_scene(950322, others=False).outcome is Outcome.CERTIFIED

@@ -75,6 +75,11 @@ def test_a_body_in_space_is_judged_with_its_variants():
     assert row.worst_disagreement < 1e-5
 
 
+def test_forces_of_round_off_beside_a_stress_are_not_judged_by_the_law():
+    """A pressure on a side strains the body; its contacts carry 1e-15, which the library says is below resolution."""
+    assert judge_solid(950035, others=False).outcome is Outcome.CERTIFIED
+
+
 def test_what_is_right_is_passed_and_round_off_is_all_that_energies_miss():
     wrong, found = faults(drawn()[1], exact=True)
     assert wrong == []

@@ -103,7 +103,7 @@ def seen_otherwise(run: Ran, **changes: Any) -> Ran:
 
 def said(run: Ran) -> str:
     """What is said of the last increment."""
-    return " ".join(broken(last_measured(run), exact=True, blurred=False))
+    return " ".join(broken(last_measured(run), exact=True))
 
 
 def last_measured(run: Ran) -> SolidMeasures:

@@ -63,9 +63,11 @@ def _lacking(scene: Scene, s: Setting, accepted: Accepted, pushed: Pushed) -> li
     total = pushed.nodal + loads + reactions
     placed = place(balanced, s.elements, s.quadrature, s.axisymmetric)
     sizes = np.linalg.norm(element_forces(placed, mandel_to_full(end.stress)), axis=-1).sum()
-    # What supports take of loads at once is a difference.
+    # What supports take of loads at once is a difference; what tools take so sets the scale of equilibrium there.
     cancelled = float(np.linalg.norm(loads, axis=1).sum() + np.linalg.norm(reactions, axis=1).sum())
+    taken = np.minimum(np.linalg.norm(loads, axis=1), np.linalg.norm(pushed.nodal, axis=1)).sum()
     most = BALANCED * max(float(sizes), float(np.linalg.norm(total, axis=1).sum())) + EPS * cancelled + VANISHING
+    most += Bounds().equilibrium * float(taken)
     force = total.sum(axis=0) * ((0.0, 1.0) if s.axisymmetric else (1.0, 1.0))
     moment = 0.0 if s.axisymmetric else float(cross(balanced - balanced.mean(axis=0), total).sum()) / s.size
     what = {"forces": float(np.abs(force).max()), "moments": abs(moment)}

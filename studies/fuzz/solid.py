@@ -103,19 +103,24 @@ def measured(ran: Ran) -> list[SolidMeasures]:
     return out
 
 
-def faint(scene: Scene, accepted: Accepted) -> bool:
-    """Whether the library says that equilibrium or the law is below resolution, and stress is nearly none."""
-    if not {"equilibrium", "law"} & set(accepted.solved.certificate.below_resolution(BOUNDS)):
-        return False
+def excuses(scene: Scene, accepted: Accepted) -> tuple[str, ...]:
+    """What is not asked of an increment: all BLURRED where stress is nearly none, the disc where contact forces are.
+
+    Only where the library says that equilibrium or the law is below resolution.
+    """
+    below = {"equilibrium", "law"} & set(accepted.solved.certificate.below_resolution(BOUNDS))
     elastic, state, size = scene.material.elasticity, accepted.state, scene.mesh.size
     moved = max(float(np.abs(state.du).max()), float(np.abs(accepted.solved.iterate.tool_travel).max(initial=0.0)))
     stress, pushed = float(np.abs(state.stress).max()), float(np.abs(state.forces).max(initial=0.0))
-    return stress < max(FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / size, IDLE * pushed / size**2)
+    faint = FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / size
+    if below and stress < max(faint, IDLE * pushed / size**2):
+        return BLURRED
+    return ("disc",) if "law" in below and pushed < faint * size**2 else ()
 
 
-def broken(m: SolidMeasures, exact: bool, blurred: bool) -> list[str]:
-    """The measures beyond their limits, in words."""
-    excused = (BLURRED if blurred else ()) + (() if exact else OF_THE_LAW)
+def broken(m: SolidMeasures, exact: bool, excused: tuple[str, ...] = ()) -> list[str]:
+    """The measures beyond their limits, in words, but those ``excused``."""
+    blurred, excused = excused == BLURRED, excused + (() if exact else OF_THE_LAW)
     names = [name for name in LIMITS if name not in excused]
     out = [f"{name} {getattr(m, name):.1e}" for name in names if not getattr(m, name) <= LIMITS[name]]
     if not m.orientation > STRAIGHT:
@@ -132,7 +137,7 @@ def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
     wrong = [
         f"increment {k}: {what}"
         for k, (m, accepted) in enumerate(zip(found, ran.steps, strict=True), 1)
-        for what in broken(m, exact, faint(ran.scene, accepted))
+        for what in broken(m, exact, excuses(ran.scene, accepted))
     ]
     return wrong + ([] if ran.claim is None else refuted(ran.scene, ran.claim)), found
 
