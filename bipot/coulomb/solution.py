@@ -176,7 +176,8 @@ def natural_residual(problem: CoulombProblem, r: Floats) -> float:
 def unit_free_residual(problem: CoulombProblem, r: Floats) -> float:
     """The same of the problem (rho W, q/|q|) at r/(rho |q|), rho = d c / trace W: no unit enters.
 
-    |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It too hides errors where r diverges.
+    |F| / max(1, |r|/(rho |q|), |u|/|q|); where q = 0, |q| counts as 1 and the 1 as 0. It too hides errors where r
+    diverges.
     """
     r = known_force(problem, r)
     length = float(np.linalg.norm(problem.q)) or 1.0

@@ -159,13 +159,13 @@ class Border:
         row = np.concatenate([inner_row, pair, beside, law_row])
         column = np.concatenate([inner.order[inner.indices], beside, pair, law_column])
         # A force follows the last unknown on which it acts: it then has a pivot and hardly any fill.
-        when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
-        lone = np.concatenate([np.diff(inner.indptr) == 1, np.zeros(force.size, dtype=bool)])
-        lone[:n] = lone[:n][np.argsort(inner.order)]
-        lone[n - inner.placeless : n] = True
-        np.maximum.at(when, beside, np.where(lone[pair], -1, when[pair]) + 0.5)
+        inner_rank = np.argsort(inner.order)
+        when = np.concatenate([inner_rank, np.full(force.size, -1)]).astype(np.float64)
+        untouched = np.concatenate([(np.diff(inner.indptr) == 1)[inner_rank], np.zeros(force.size, dtype=bool)])
+        untouched[n - inner.placeless : n] = True
+        np.maximum.at(when, beside, np.where(untouched[pair], -1, when[pair]) + 0.5)
         # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
-        when[lone] = np.inf
+        when[untouched] = np.inf
         rank = np.argsort(np.argsort(when, kind="stable"))
         return Border(contact, touched, number, replace(Pattern.ranked(row, column, rank), panel=inner.panel))
 

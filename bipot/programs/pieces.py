@@ -2,7 +2,7 @@ r"""Coulomb's law with contact by its smooth pieces, as semismooth Newton needs 
 
 Per contact, with a scale > 0 that balances force against motion and y_t = r_t - scale slip:
 
-    closed  where r_n - scale gap > 0:    scale gap = 0,    else r = 0,
+    closed  where r_n - scale gap >= 0:   scale gap = 0,    else r = 0,
     slides  where |y_t| > mu r_n:         r_t = mu r_n y_t / |y_t|,    else scale slip = 0;    tied points always stick.
 
 Where friction is capped, min(mu r_n, cap) stands for mu r_n: a fixed radius where the cap is the smaller.
