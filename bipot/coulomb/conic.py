@@ -24,7 +24,7 @@ from scipy import sparse
 
 from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Rows
 from bipot.conic.proofs import unbounded
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ConeMap, ContactFunction
@@ -104,16 +104,24 @@ class ForceProgram:
         bare, cones = self.conic.rows
         program = replace(self.conic, q=linear, rows=(bare, replace(cones, b=b.ravel())))
         try:
-            answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
-            if answer.outcome is not Claim.SOLVED:
-                answer, _ = self.solver.solve(program, self.settings.accuracy(100))
+            answer = self._answer(program)
         except UnboundedProgram as ray:
             raise InfeasibleProgram(UNBOUNDED) from ray
-        except ProgramError:
-            answer, _ = self.solver.solve(program, self.settings.accuracy(100))
         if answer.outcome is not Claim.SOLVED:
             raise ProgramError(f"almost solved at {100 * self.settings.tol:.0e}, which is not accepted")
         return answer.x
+
+    def _answer(self, program: ConicProgram) -> ConicSolution:
+        """The answer at the requested tolerance, or to a second attempt at a hundred times that."""
+        try:
+            answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
+            if answer.outcome is Claim.SOLVED:
+                return answer
+        except UnboundedProgram:
+            raise
+        except ProgramError:
+            pass
+        return self.solver.solve(program, self.settings.accuracy(100))[0]
 
 
 def polished_force(problem: ScaledProblem, law: ContactFunction, r: Floats, load: Floats, steps: int = 100) -> Floats:
