@@ -131,19 +131,11 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
     gain = np.where(np.abs(gain) > BALANCED * most, gain, 0.0)
     if not gain.any():
         raise InfeasibleProgram(UNMOVED)
-    variables, zeros, size = Variables(), np.zeros(len(rows.frictional)), rigid.shape[1]
+    variables, size = Variables(), rigid.shape[1]
     variables.add(Block.DISPLACEMENT, size)
-    G_n, G_t = (sp.csr_matrix(G @ rigid) for G in (rows.G_n, rows.G_t))
-    terms = ContactTerms(_still(replace(rows, G_n=G_n, G_t=G_t)), zeros, zeros)
-    program = ConicProgram(
-        P=sp.csc_matrix((size, size)),
-        q=np.zeros(size),
-        rows=(
-            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1)),
-            *terms.cone_rows(size, size),
-        ),
-        blocks=variables.blocks,
-    )
+    gained = Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1))
+    cones = (gained, *_dilatant(_combined(rows, rigid)).cone_rows(size, size))
+    program = ConicProgram(P=sp.csc_matrix((size, size)), q=np.zeros(size), rows=cones, blocks=variables.blocks)
     answer, _ = solver.solve(program, accuracy)
     v = rigid @ answer.block(Block.DISPLACEMENT)
     v /= float(force @ v)
@@ -211,12 +203,10 @@ class LimitProgram:
         return found
 
     def within(self, basis: Floats) -> LimitProgram:
-        """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
-        m, rows = self.model, self.rows
-        volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (m.volumetric[:0], m.deviatoric))
-        G_n, G_t = (sp.csr_matrix(G @ basis) for G in (rows.G_n, rows.G_t))
-        model = replace(m, volumetric=volumetric, deviatoric=deviatoric)
-        return LimitProgram(model, basis.T @ self.force, replace(rows, G_n=G_n, G_t=G_t))
+        """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume, without its rows."""
+        volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (self.model.volumetric[:0], self.model.deviatoric))
+        model = replace(self.model, volumetric=volumetric, deviatoric=deviatoric)
+        return LimitProgram(model, basis.T @ self.force, _combined(self.rows, basis))
 
     def motion(self, solver: ConicSolver, accuracy: Accuracy) -> Floats:
         """The answer (n,) to the sparse program as it stands.
@@ -265,7 +255,6 @@ class LimitProgram:
         variables.add(Block.DISPLACEMENT, len(self.force))
         norms = variables.add(Block.PLASTIC_NORM, points)
         gain = np.append(self.force, np.zeros(points))
-        zeros = np.zeros(len(self.rows.frictional))
         volume = widened(self._volumes, variables.size)
         return ConicProgram(
             P=sp.csc_matrix((variables.size, variables.size)),
@@ -274,7 +263,7 @@ class LimitProgram:
                 Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain), -np.ones(1)),
                 Rows(Term.VOLUME, Cone.ZERO, volume, np.zeros(len(volume.indptr) - 1)),
                 norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), variables.size, norms),
-                *ContactTerms(_still(self.rows), zeros, zeros).cone_rows(variables.size, variables.size),
+                *_dilatant(self.rows).cone_rows(variables.size, variables.size),
             ),
             blocks=variables.blocks,
         )
@@ -292,6 +281,17 @@ def isochoric(volumes: sp.csr_matrix) -> list[Floats]:
     Q, size = factors[0], np.abs(np.diagonal(factors[1]))
     ranks = dict.fromkeys(int((size > part * size[0]).sum()) for part in DEPENDENT)
     return [Q[:, rank:] for rank in ranks]
+
+
+def _combined(rows: ContactRows, motions: Floats) -> ContactRows:
+    """The rows for coefficients (k,) of ``motions`` (n, k)."""
+    return replace(rows, G_n=sp.csr_matrix(rows.G_n @ motions), G_t=sp.csr_matrix(rows.G_t @ motions))
+
+
+def _dilatant(rows: ContactRows) -> ContactTerms:
+    """G_n v >= mu |G_t v| at all contacts, and no motion of ties."""
+    zeros = np.zeros(len(rows.frictional))
+    return ContactTerms(_still(rows), threshold=zeros, shift=zeros)
 
 
 def _still(rows: ContactRows) -> ContactRows:
