@@ -13,8 +13,8 @@ gap). The natural map of the same program has no such trouble once the right pie
     K dU - f - G' r = 0,   r_n = (r_n - rho gap)+,   r_t = projection of (r_t - rho slip) on the disc of radius s,
 
 with s frozen (or De Saxce's shift, :meth:`bipot.programs.pieces.Mapped.shifted_cone`), or s = mu (r_n)+ for exact
-Coulomb friction on the same quadratic model. The equations are then unsymmetric and no program's: their answer counts
-only if it is exact. :func:`polish` and :func:`couple` solve them by semismooth Newton
+Coulomb friction on the same quadratic model. They are then unsymmetric and minimise nothing, so that only an exact
+solution counts. :func:`polish` and :func:`couple` solve them by semismooth Newton
 (:func:`bipot.programs.newton.minimised`), from an interior-point answer or from any other.
 """
 

@@ -28,8 +28,8 @@ SETTLED = 1e-10
 """Relative residual below which the rest is the accuracy of the programs, from which nothing is concluded."""
 
 LAGS, STRAIGHT = 0.4, 0.9
-"""A damped residual that falls by no more than LAGS lags. With steps in one direction (cosine above STRAIGHT) the
-damping holds it back and is dropped; otherwise Anderson mixing takes over."""
+"""A damped residual above LAGS times the last one lags. With steps in one direction (cosine above STRAIGHT) the damping
+holds it back and is dropped; otherwise Anderson mixing takes over."""
 
 LAST = 3
 """Number of ratios of residuals whose geometric mean is the reported contraction."""
