@@ -44,12 +44,14 @@ DEFAULT_CHAIN = (
 )
 
 
-# Up to this many contacts the modes of a plane problem are enumerated as soon as the first solver fails.
 _ENUMERATED = 4
+"""Contacts of a plane problem up to which its modes are enumerated as soon as the first solver fails."""
+
 NO_MODE = "None of its modes (open, stick and slip at each contact) holds: the problem has no solution."
 
 
 def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | None, str]:
+    """The solution of the first mode that holds, or None, and a sentence on it."""
     found = enumerate_modes(problem, tol).solutions
     if found:
         return found[0], f"{found[0].reason[:-1]} of all {4**problem.contacts} solves it."

@@ -98,6 +98,7 @@ class GaussSeidel:
         return SweepState(r, tuple(_colour(problem, W, contacts) for contacts in groups))
 
     def _update(self, problem: ScaledProblem, colour: Colour, r: Floats) -> None:
+        """Replace the forces of one colour in r (dc,)."""
         old = r[colour.dofs]
         free = (colour.rows @ r).reshape(old.shape) + problem.q[colour.dofs]
         new = old
