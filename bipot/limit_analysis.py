@@ -124,15 +124,12 @@ def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRow
 
 
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
-    """A mechanism without strain."""
+    """A mechanism without strain, in which contacts may slip."""
     return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
 
 
 def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
-    """A mechanism without strain that proves collapse, or None.
-
-    Interior points would find its limit load of zero to a digit or two only.
-    """
+    """The mechanism of :func:`_slid` if it holds; plastic flow would give its limit load of zero to few digits."""
     try:
         found = _slid(increment, load, rows)
     except ProgramError:
