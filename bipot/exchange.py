@@ -25,7 +25,7 @@ from bipot.response import TangentKind
 
 @dataclass(frozen=True)
 class ContactProblem:
-    """u = W r + q at the c candidates near a tool (numbers ``candidate`` (c,)), and the march's own forces r (c d,).
+    """u = W r + q at the c candidates near a tool (their numbers ``candidate`` (c,)), and the march's forces r (c d,).
 
     u in length, r in force, W in length per force.
     """
@@ -38,13 +38,13 @@ class ContactProblem:
 def contact_problem(accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
-    The increment's own contact forces solve it as exactly as they meet the law, and W r + q is the increment's own
-    motion to round-off of W r. For this its load is what these forces balance, which is the increment's up to the
-    error of its equilibrium: in perfect flow W is so large that this error would move the contacts visibly.
+    The increment's contact forces solve it as exactly as they meet the law, and W r + q is the increment's motion to
+    round-off of W r. To this end q is made from that motion and not from the load: in perfect flow W is so large that
+    the error of the increment's equilibrium would move the contacts visibly.
 
-    It contains every candidate that carries a force, since all of these are in the balance, and those near their tool
-    at the end (:func:`bipot.contact.closeness.near_tools`), judged by the motion of the tools in the increment, or of
-    the body where the tools rest; closed ones also where both rest.
+    It contains every candidate that carries a force, and those near their tool at the end
+    (:func:`bipot.contact.closeness.near_tools`), judged by the motion of the tools in the increment, or of the body
+    where the tools rest; closed ones also where both rest.
 
     Raises:
         ProgramError: a welded point, capped friction, or a singular stiffness, as where forces drive a tool.
@@ -52,17 +52,16 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     require_type(accepted, Accepted, "accepted")
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
     near = near_tools(rows, iterate.x, iterate.length) | (r != 0).any(axis=1)
-    taken, own = rows.take(near), r[near].ravel()
+    taken, forces = rows.take(near), r[near].ravel()
     terms = ContactTerms(taken, np.zeros(len(taken.frictional)))
     program = TangentProgram(iterate.stiffness(TangentKind.CONSISTENT), np.zeros_like(iterate.x), terms)
     reduced = reduce(condense(program).program).problem
-    # As a difference q is as exact as W r, which in perfect flow the solution under a load would not be.
-    problem = replace(reduced, q=taken.motion(iterate.x).ravel() - reduced.W @ own)
-    return ContactProblem(problem, own, np.flatnonzero(near))
+    problem = replace(reduced, q=taken.motion(iterate.x).ravel() - reduced.W @ forces)
+    return ContactProblem(problem, forces, np.flatnonzero(near))
 
 
 def export_fclib(path: Path, accepted: Accepted) -> None:
-    """Write the increment's contact problem with the march's own solution as an FCLIB file."""
+    """Write the increment's contact problem, with the march's forces and motion as its solution, to an FCLIB file."""
     found = contact_problem(accepted)
     write_fclib(
         path,
@@ -78,8 +77,8 @@ def conic_program(
 ) -> TangentProgram | DissipationProgram | PenaltyProgram:
     """The convex program of the pass by ``form`` that would follow the last one of an accepted increment.
 
-    Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, up to
-    what the error of the increment's equilibrium moves the body by, which is more in perfect flow. It contains all free
+    Its threshold is that of the increment's contact forces, so that its minimiser is the increment's displacement, but
+    for how far the error of the increment's equilibrium moves the body (far in perfect flow). It contains all free
     unknowns (which :class:`Tangent` condenses before it solves) and rows of the candidates near their tool. It is
     dimensionless: lengths in ``accepted.units.length``, forces in ``accepted.units.force``, energies in their product.
     ``conic()`` is the standard form, ``statement()`` the same in cvxpy. The multipliers of the rows "gap" are the

@@ -2,9 +2,9 @@
 
 The program, and why its answer is a proof, are in :mod:`bipot.programs.limit`. Hardening material is taken as fully
 hardened. Friction follows the dilatant law, whose limit load is not below that of a body with Coulomb friction.
-Contacts are those that touch in the given shape. Open candidates do not hold the body, but a proof may not close them,
-because they would then hold it. Of a march's failure (:func:`collapse`) those of a tool that touches nothing yet count
-as contacts, since the body may land there.
+Contacts are those that touch in the given shape. When a march has failed (:func:`collapse`), open candidates of a tool
+that touches nothing yet count as contacts, too, because the body may land there. Other open candidates do not hold the
+body, but its proof may not close them, because they would then hold it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SATURATED = 1e9
 """A plastic strain at which a saturating law has saturated; a law that still hardens has no limit load."""
 
 HARDENS = 1e-6
-"""Relative growth of the yield stress from a tenth of that strain on, from which a law does not count as saturated."""
+"""Relative growth of the yield stress from a tenth of SATURATED up to it, above which a law has not saturated."""
 
 ACCURATE = Accuracy(1e-9)
 
@@ -71,16 +71,17 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
-    whole, left = max_abs(_load(increment)), _left(increment)
+    load = _load(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
-    require(whole > left, f"largest nodal load at tau = {tau}", whole, allowed)
+    require(max_abs(load) > _round_off(increment), f"largest nodal load at tau = {tau}", max_abs(load), allowed)
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
-    ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
-    require(ends, "scene.material", scene.material, "one that flows at a last yield stress")
+    saturates = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
+    require(saturates, "scene.material", scene.material, "one that flows at a last yield stress")
+    touching = _touching(increment)
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
-        touched = bool(_touching(increment)[system.candidates.tool == k].any())
-        require(touched, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
-    load, rows = _load(increment), _rows(increment).take(_touching(increment))
+        touches = bool(touching[system.candidates.tool == k].any())
+        require(touches, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
+    rows = _rows(increment).take(touching)
     found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
@@ -94,13 +95,12 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 def collapse(increment: Increment) -> Mechanism | None:
     """The mechanism by which the body collapses under the load at the increment's end, in the shape at its start.
 
-    It is a proof; the motion v is a length over the load's gain. None where none is found, or with capped friction.
+    It is a proof; its v is a length over the load's gain. None where none is found, or with capped friction.
     """
     load = _load(increment)
-    if increment.system.candidates.capped or not max_abs(load) > _left(increment):
+    if increment.system.candidates.capped or not max_abs(load) > _round_off(increment):
         return None
-    holding = _holding(increment)
-    rows = _rows(increment)
+    holding, rows = _holding(increment), _rows(increment)
     # Any other open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(holding, rows.mu, 0.0))
     for find in (partial(_lifted, holding), _slid, _flown):
@@ -124,12 +124,12 @@ def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRow
 
 
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
-    """A mechanism without strain."""
+    """A mechanism without strain, in which contacts may slip."""
     return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
 
 
 def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
-    """The same, None where there is none: interior points would find a limit load of zero to a digit or two only."""
+    """The mechanism of :func:`_slid` if it holds; plastic flow would give its limit load of zero to few digits."""
     try:
         found = _slid(increment, load, rows)
     except ProgramError:
@@ -157,15 +157,15 @@ def _load(increment: Increment) -> Floats:
     return increment.system.load(increment.loads.ahead, increment.tau)
 
 
-def _left(increment: Increment) -> float:
+def _round_off(increment: Increment) -> float:
     """Nodal force that is round-off of loads, driving forces of tools included, which cancel or which supports bear."""
     scene, space, tau = increment.system.body.scene, increment.system.body.space, increment.tau
-    alone = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
-    return _cancelled(scene) * float(max((*alone, *np.abs(scene.drives.at(tau))), default=0.0))
+    each = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
+    return _cancelled(scene) * float(max((*each, *np.abs(scene.drives.at(tau))), default=0.0))
 
 
 def _cancelled(scene: Scene) -> float:
-    """Sum of loads, over their size, that is round-off: far from the origin edges are differences of large numbers."""
+    """Sum of loads over their size that is round-off: far from the origin edges are differences of large numbers."""
     return CANCELLED * (1 + float(np.abs(scene.mesh.nodes).max()) / scene.mesh.size)
 
 
@@ -208,12 +208,12 @@ def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_
 
 
 def _program(increment: Increment, load: Floats, rows: ContactRows) -> LimitProgram:
-    """The kinematic program, in these units."""
+    """The kinematic program in :func:`_units`, for the load (n,) and contact rows."""
     body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
     response = body.respond(state, np.zeros(body.space.size))
     model = body.plastic_model(response)
     last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
-    # The program of a form caps yield stresses out of its reach; here the load may reach them.
+    # The scaled model of a form caps yield stresses that are out of its reach; a limit load may reach them.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
     volumes = None if body.projection is None else _independent(body, response.kinematics, body.projection)
     return LimitProgram(scaled, load / units.force, rows, volumes)

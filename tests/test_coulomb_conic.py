@@ -12,7 +12,7 @@ from bipot.coulomb.acceleration import Past
 from bipot.coulomb.conic import force_program, polished_force
 from bipot.coulomb.functions import AlartCurnier, ConeMap, NaturalMap, TrescaMap
 from bipot.coulomb.solver import scale
-from bipot.errors import InfeasibleProgram, ProgramError, SceneError
+from bipot.errors import InfeasibleProgram, ProgramError, SceneError, UnboundedProgram
 
 
 def problem_of(seed, dim, contacts=4):
@@ -122,6 +122,20 @@ def test_an_unbounded_force_program_is_infeasible_in_words():
     scaled = scale(rigid)
     with pytest.raises(InfeasibleProgram, match="unbounded"):
         force_program(scaled, scaled.mu, coulomb.ConicSettings(regularisation=0.0)).solve(scaled.q, np.zeros(1))
+
+
+def test_a_force_program_found_unbounded_at_the_looser_tolerance_is_infeasible_in_words():
+    class Late:
+        """Stops without an answer first, and finds a ray when asked for less."""
+
+        def solve(self, program, accuracy, last=None):
+            raise ProgramError("stopped") if accuracy.tolerance < 1e-8 else UnboundedProgram("a ray", np.ones(2))
+
+    scaled = scale(coulomb.CoulombProblem(np.eye(2), [-1.0, 0.0], 0.3, 2))
+    program = force_program(scaled, scaled.mu, coulomb.ConicSettings(tol=1e-9))
+    program.solver = Late()
+    with pytest.raises(InfeasibleProgram, match="forces meet no resistance"):
+        program.solve(scaled.q, np.zeros(1))
 
 
 def test_the_associated_relaxation_opens_by_sliding():

@@ -30,19 +30,19 @@ UNBOUNDED = (clarabel.SolverStatus.DualInfeasible, clarabel.SolverStatus.AlmostD
 METHODS = ("auto", "qdldl", "faer")
 
 BALANCING = 3
-"""Rounds of Clarabel's equilibration. With its default of ten the seed paper's upsetting by ``dissipation`` takes 7 to
-18 % more iterations, and small meshes as many, because programs are dimensionless."""
+"""Rounds of Clarabel's equilibration. Programs are dimensionless: with its default of ten rounds the seed paper's
+upsetting by ``dissipation`` takes 7 to 18 % more iterations, and small meshes take as many as with three."""
 
 PROVED = 1e-11
-"""What may be left of a certificate's balance. With Clarabel's default of 1e-8 programs with a large answer end as
-unbounded, and certificates prove nothing of what is far."""
+"""Clarabel's tolerance on the balance of a certificate. With its default of 1e-8 programs with a large answer end as
+unbounded, and the certificates do not exclude answers that are far."""
 
 
 @dataclass(frozen=True)
 class Clarabel:
     """Interior points by Clarabel, on one thread, for at most ``seconds``.
 
-    ``method`` is that of its linear systems: "qdldl" in the plane, "faer" (supernodal) for large programs in 3D.
+    ``method`` solves its linear systems: "qdldl" in the plane, "faer" (supernodal) for large programs in 3D.
     """
 
     method: str = "auto"
@@ -82,7 +82,7 @@ class Clarabel:
         """Clarabel's settings for the requested accuracy, silent and on one thread."""
         chosen = clarabel.DefaultSettings()
         chosen.verbose = False
-        # It would only look for infinite right-hand sides, of which there are none, and forbid new numbers.
+        # Presolving only looks for infinite right-hand sides, of which there are none, and excludes updates.
         chosen.presolve_enable = False
         chosen.equilibrate_max_iter = BALANCING
         chosen.max_iter = accuracy.iterations
@@ -96,7 +96,7 @@ class Clarabel:
 
 @dataclass(eq=False)
 class Transferred:
-    """Clarabel set up for the pattern of ``program``, in its form ``A x + s = b, s in K`` (its A is minus ours).
+    """Clarabel set up for the pattern of ``program``, in its form ``A x + s = b, s in K`` (with minus our A).
 
     ``program`` is the last one sent. ``upper`` are the places of P's upper triangle in the data of P, ``stacked`` those
     of A in the data of all rows.
@@ -129,7 +129,7 @@ class Transferred:
         return Transferred(program, accuracy, solver, upper, places, made)
 
     def serves(self, program: ConicProgram, accuracy: Accuracy, solver: Clarabel) -> bool:
-        """Whether ``program`` differs in its numbers only."""
+        """Whether ``program`` differs from the last one in its numbers only."""
         return (
             (accuracy, solver) == (self.accuracy, self.solver)
             and len(program.rows) == len(self.program.rows)
@@ -196,9 +196,8 @@ def _linear(program: ConicProgram, stacked: Ints) -> Floats:
     return np.negative(np.asarray(data, dtype=np.float64)[stacked])
 
 
-def _same_pattern(one: sp.csc_matrix | sp.csr_matrix, other: sp.csc_matrix | sp.csr_matrix) -> bool:
-    same = one is other
-    return same or (np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices))
+def _same_pattern(a: sp.csc_matrix | sp.csr_matrix, b: sp.csc_matrix | sp.csr_matrix) -> bool:
+    return a is b or (np.array_equal(a.indptr, b.indptr) and np.array_equal(a.indices, b.indices))
 
 
 def _cones(rows: Rows) -> list[object]:

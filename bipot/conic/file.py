@@ -35,10 +35,10 @@ LARGEST_DIRECTORY = 2**16
 """Bytes of an archive's directory, which zipfile reads whole: some hundred members."""
 
 LONGEST_WORD = 1000
-"""Characters."""
+"""Characters of the longest word that is read."""
 
 END, END_SIZE, LOCATOR, LOCATOR_SIZE = b"PK\x05\x06", 22, b"PK\x06\x07", 20
-"""Signatures and sizes of the record that ends an archive, and of that of archives beyond 4 GB before it."""
+"""Signatures and sizes of the record that ends an archive, and of the one before it in archives beyond 4 GB."""
 
 
 class FileError(BipotError):
@@ -64,10 +64,10 @@ def read_vectors(
     together: Mapping[str, str],
     lengths: Mapping[str, tuple[str, int]],
 ) -> dict[str, NDArray[Any]]:
-    """The vectors of a file of ``kind``, by name; ``fields`` it must have, those of ``together`` all or none.
+    """The vectors of a file of ``kind``, by name; it must have all ``fields``, and all or none of ``together``.
 
-    Both give the letter of numpy's kind of type ("f", "i", "U") by name. ``lengths`` names for some the vector of the
-    same length, and by how much they are longer. Vectors that do not fit are not unpacked, and others are not read.
+    Both give the letter of numpy's kind of type ("f", "i", "U") by name. ``lengths`` gives by name another vector and
+    by how much the named one is longer. Vectors that do not fit are not unpacked, and no others are read.
 
     Raises:
         FileError: no such file, another kind of file, a vector that is missing, of another type or not finite.
@@ -78,8 +78,8 @@ def read_vectors(
             asked = {**fields, **together} if any(name in archive for name in together) else fields
             sizes = {name: _length(path, archive, name, letter, kind) for name, letter in asked.items()}
             archive.require_small(list(asked))
-            for name, (other, more) in lengths.items():
-                if name in sizes and sizes[name] != (due := sizes[other] + more):
+            for name, (other, longer) in lengths.items():
+                if name in sizes and sizes[name] != (due := sizes[other] + longer):
                     words = f"{name} has {sizes[name]} entries, must have {due}, as {other} has {sizes[other]}"
                     raise FileError(f"{path} holds vectors that do not fit together: {words}")
             found = {name: archive.array(name) for name in asked}
@@ -96,11 +96,10 @@ def read_vectors(
 
 
 def _require_kind(path: str | Path, archive: Archive, kind: str) -> None:
-    told = None
-    if "kind" in archive and archive.declared("kind")[1] == ():
-        told = str(archive.array("kind"))
-    if told != kind:
-        raise FileError(f"{path} is of kind {told!s:.60}: it must be {kind!r}")
+    known = "kind" in archive and archive.declared("kind")[1] == ()
+    found = str(archive.array("kind")) if known else None
+    if found != kind:
+        raise FileError(f"{path} is of kind {found!s:.60}: it must be {kind!r}")
 
 
 def _length(path: str | Path, archive: Archive, name: str, letter: str, kind: str) -> int:
@@ -166,7 +165,7 @@ class Archive:
         _require(total <= LARGEST, f"its vectors have {total} bytes: must have at most {LARGEST}")
 
     def array(self, name: str) -> NDArray[Any]:
-        """The array, to be read where it is of a declared type and shape."""
+        """The array; :meth:`declared` has to have accepted its type and shape before."""
         with self.file.open(f"{name}.npy") as member:
             return npy.read_array(member, allow_pickle=False)  # type: ignore[arg-type]
 

@@ -105,7 +105,7 @@ class ConicProgram:
         return float(x @ (self.P @ x) / 2 + self.q @ x)
 
     def split(self, z: Floats) -> dict[str, Floats]:
-        """Values of all rows, one after another, by their term: (m, width) each."""
+        """The values z of all rows, one after another, by the rows' term: (m, width) each."""
         ends = np.cumsum([len(r.b) for r in self.rows])
         return {r.term: z[end - len(r.b) : end].reshape(-1, r.width) for r, end in zip(self.rows, ends, strict=True)}
 
@@ -138,7 +138,7 @@ class Timing:
     assembly: float = 0.0
 
     def __add__(self, other: Timing) -> Timing:
-        """Both together."""
+        """Sum of each kind of seconds."""
         return Timing(self.build + other.build, self.solve + other.solve, self.assembly + other.assembly)
 
 
@@ -173,18 +173,18 @@ class ConicSolution:
         return sum((abs(float(self.dual[r.term].ravel() @ r.at(self.x))) for r in self.program.rows if r.count), 0.0)
 
     def dual_violation(self) -> float:
-        """Largest distance of a multiplier from its dual cone; those of equalities have none."""
+        """Largest distance of a multiplier from its dual cone, zero for equalities."""
         bounded = [r for r in self.program.rows if r.cone is not Cone.ZERO]
         return max((_excess(r, self.dual[r.term]) for r in bounded), default=0.0)
 
     def residuals(self) -> Floats:
         """The four measures above, each over the size of the terms whose difference it is."""
         x, P, q = self.x, self.program.P, self.program.q
-        balanced = max(max_abs(part) for part in (q, P @ x))
+        gradient = max(max_abs(part) for part in (q, P @ x))
         offset = max((max_abs(r.b) for r in self.program.rows), default=0.0)
         terms = abs(float(x @ (P @ x))) + abs(float(q @ x))
         force = max((max_abs(z) for z in self.dual.values()), default=0.0)
-        sizes = np.array([balanced, offset, terms, force])
+        sizes = np.array([gradient, offset, terms, force])
         found = np.array([self.dual_residual(), self.primal_residual(), self.duality_gap(), self.dual_violation()])
         return found / np.where(sizes > 0, sizes, 1.0)
 
@@ -193,7 +193,7 @@ class ConicSolution:
         return float(self.residuals().max())
 
     def arrays(self) -> Arrays:
-        """Its arrays for a file."""
+        """The solution's arrays for a file (module docstring)."""
         duals = [self.dual[r.term].ravel() for r in self.program.rows]
         return {
             "x": self.x,
@@ -207,6 +207,7 @@ class ConicSolution:
 
 
 def _excess(rows: Rows, value: Floats) -> float:
+    """Largest distance of values (m, width) from the rows' cone, measured on the first component."""
     if rows.count == 0:
         return 0.0
     if rows.cone is Cone.ZERO:

@@ -1,13 +1,13 @@
 r"""What a solver's certificate proves of a program, measured on the program's own numbers.
 
-*Infeasible* (Farkas): multipliers z in the dual cones give z . (A x + b) >= 0 at every feasible x. Where z . b = -g < 0
-these have |A' z|_1 |x| >= g, so none is shorter than the *reach* g / |A' z|_1; and every x misses some row by about
-g / sum |z| (1 + |b|), which has to be more than what a solver may miss anyway.
+*Infeasible* (Farkas): multipliers z in the dual cones give z . (A x + b) >= 0 at every feasible x. If z . b = -g < 0,
+such an x has |A' z|_1 |x| >= g, so that none is nearer than g / |A' z|_1, which has to be out of reach. Every x nearby
+misses some row by about g / sum |z| (1 + |b|), which has to be more than a solver may miss anyway.
 
-*Unbounded*: along a ray x the cost falls by its gain g = -q . x and rises by t^2/2 x' P x, to its least at
-t = g / x' P x. That has to be out of reach, and the rows have to stay in their cones on the way.
+*Unbounded*: at t along a ray x the cost has fallen by t g, g = -q . x, and risen by t^2/2 x' P x. Its least is at
+t = g / x' P x. This has to be out of reach, and the rows have to stay in their cones on the way.
 
-Programs are dimensionless: variables are of order one, or of the largest b. The reach is measured by these.
+Programs are dimensionless: variables are of order one, or of the largest b. What is FAR times that is out of reach.
 """
 
 from __future__ import annotations
@@ -18,35 +18,35 @@ from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.typing import Floats, max_abs
 
 FAR = 1e6
-"""Nothing that a program is asked for is as far as that, over its numbers."""
+"""Size of an answer, over the program's numbers, from which on it is out of reach."""
 
 MISSED = 1e-8
-"""What rows may be missed by, over their numbers, where a solver says that it has solved a program."""
+"""Distance by which rows may be missed, over their numbers, in a program that a solver calls solved."""
 
 
 def infeasible(program: ConicProgram, z: Floats) -> bool:
     """Whether multipliers z (m,) of all rows prove that nothing in reach is feasible."""
-    gain, left, size, largest = 0.0, np.zeros(len(program.q)), 0.0, 1.0
-    for rows, own in zip(program.rows, program.split(z).values(), strict=True):
-        own = _dual(rows, own).ravel()
-        gain -= float(own @ rows.b)
-        left += rows.A.T @ own
-        size += float(np.abs(own) @ (1.0 + np.abs(rows.b)))
+    gain, unbalanced, size, largest = 0.0, np.zeros(len(program.q)), 0.0, 1.0
+    for rows, part in zip(program.rows, program.split(z).values(), strict=True):
+        dual = _dual(rows, part).ravel()
+        gain -= float(dual @ rows.b)
+        unbalanced += rows.A.T @ dual
+        size += float(np.abs(dual) @ (1.0 + np.abs(rows.b)))
         largest = max(largest, max_abs(rows.b))
-    return gain > MISSED * size and gain >= FAR * largest * float(np.abs(left).sum())
+    return gain > MISSED * size and gain >= FAR * largest * float(np.abs(unbalanced).sum())
 
 
 def unbounded(program: ConicProgram, x: Floats, far: float = FAR) -> bool:
-    """Whether the cost falls along the ray x (n,) as ``far`` as anything is in reach."""
+    """Whether the cost falls along the ray x (n,) up to ``far`` times the program's numbers."""
     gain, size = -float(program.q @ x), max_abs(x)
     largest = max([1.0, *(max_abs(rows.b) for rows in program.rows)])
     curvature = float(x @ (program.P @ x))
-    stays = all(_left(rows, rows.A @ x) <= size / FAR for rows in program.rows)
+    stays = all(_outside(rows, rows.A @ x) <= size / FAR for rows in program.rows)
     return gain > 0 and stays and gain * size >= far * largest * curvature
 
 
-def _left(rows: Rows, motion: Floats) -> float:
-    """How far the motion A x of rows leaves their cones."""
+def _outside(rows: Rows, motion: Floats) -> float:
+    """Largest distance of the rows' motion A x from their cones."""
     if rows.cone is Cone.ZERO:
         return max_abs(motion)
     motion = motion.reshape(-1, rows.width)

@@ -19,7 +19,6 @@ from bipot.errors import require
 from bipot.typing import Floats
 
 CLAIMS = {"QOCO_SOLVED": Claim.SOLVED, "QOCO_SOLVED_INACCURATE": Claim.ALMOST}
-ORDER = (Cone.ZERO, Cone.NONNEGATIVE, Cone.SECOND_ORDER)
 
 
 @dataclass(frozen=True)
@@ -38,9 +37,11 @@ class Qoco:
         import qoco
 
         started = time.perf_counter()
-        rows = [[r for r in program.rows if r.cone is cone and r.count] for cone in ORDER]
-        equal, bounded = (stacked(group, len(program.q)) for group in (rows[0], rows[1] + rows[2]))
-        widths = [width for r in rows[2] for width in [r.width] * r.count]
+        kinds = Cone.ZERO, Cone.NONNEGATIVE, Cone.SECOND_ORDER
+        zero, nonnegative, second = ([r for r in program.rows if r.cone is kind and r.count] for kind in kinds)
+        groups = zero, nonnegative + second
+        equal, bounded = (stacked(group, len(program.q)) for group in groups)
+        widths = [r.width for r in second for _ in range(r.count)]
         solver: Any = qoco.QOCO()
         solver.setup(
             len(program.q),
@@ -50,7 +51,7 @@ class Qoco:
             program.q,
             *_negated(*equal),
             *_negated(*bounded),
-            sum(r.count for r in rows[1]),
+            sum(r.count for r in nonnegative),
             len(widths),
             np.array(widths, dtype=np.int32),
             abstol=accuracy.tolerance,
@@ -64,7 +65,7 @@ class Qoco:
         if answer.status not in CLAIMS:
             raise unsolved(answer.status)
         dual = {r.term: np.zeros((0, r.width)) for r in program.rows}
-        for group, multipliers in ((rows[0], answer.y), (rows[1] + rows[2], answer.z)):
+        for group, multipliers in zip(groups, (answer.y, answer.z), strict=True):
             dual |= replace(program, rows=tuple(group)).split(np.array(multipliers))
         timing = Timing(built - started, solved - built)
         return ConicSolution(program, np.array(answer.x), dual, CLAIMS[answer.status], answer.iters, timing), None

@@ -1,5 +1,4 @@
-"""The interface of a conic solver: one program in, one measured solution out, and data for the next program to
-reuse."""
+"""The interface of a conic solver: one program in, one measured solution out, and data that the next one reuses."""
 
 from __future__ import annotations
 
@@ -35,8 +34,8 @@ class ConicSolver(Protocol):
         """The solution, and the handle to pass as ``last`` with the next program.
 
         Raises:
-            InfeasibleProgram, UnboundedProgram: the solver has a certificate, which proves it
-                (:mod:`bipot.conic.proofs`) where the solver shows it.
+            InfeasibleProgram, UnboundedProgram: the solver claims it; a certificate that it returns is checked
+                (:mod:`bipot.conic.proofs`).
             ProgramError: no answer within the limits.
         """
         ...
@@ -53,5 +52,5 @@ def unbounded(ray: Any = None) -> UnboundedProgram:
 
 
 def unsolved(status: object) -> ProgramError:
-    """The error of any other end."""
+    """The error of a solver that stopped with any other ``status``."""
     return ProgramError(f"conic solver stopped with {status}: refine the increment or loosen the tolerance")

@@ -24,7 +24,7 @@ LENGTHS = {
     **dict.fromkeys(("cones", "widths", "lengths"), ("terms", 0)),
     **dict.fromkeys(("starts", "stops"), ("blocks", 0)),
 }
-"""The vector whose length each has, and by how much it is longer."""
+"""By name of a vector: another one, and by how many entries the first is longer."""
 
 REPEATED = 1e-12
 """Difference of a (relative) residual between machines: far below the accuracy asked of solvers."""
@@ -45,7 +45,7 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
         answer = _answer(program, found)
     except (ValueError, TypeError) as failure:
         raise FileError(f"{path} holds vectors that do not fit together: {failure}") from failure
-    # Numbers of a stranger's may overflow: then they are no residuals that were stored.
+    # Numbers of a foreign file may overflow; the residuals then differ from the stored ones.
     with np.errstate(over="ignore", invalid="ignore"):
         measures = {"optimum": [program.cost(answer.x)], "residuals": answer.residuals()}
     for name, measured in measures.items():
@@ -59,8 +59,7 @@ def _program(found: Arrays) -> ConicProgram:
     """Raises ValueError where the vectors do not fit together."""
     q, b, widths, lengths = (found[name] for name in ("q", "b", "widths", "lengths"))
     terms, cones = found["terms"].tolist(), [Cone(word) for word in found["cones"].tolist()]
-    whole = ((lengths >= 0) & (lengths <= len(b))).all() and lengths.sum() == len(b)
-    _require(whole, "lengths", lengths)
+    _require(((lengths >= 0) & (lengths <= len(b))).all() and lengths.sum() == len(b), "lengths", lengths)
     _require((widths >= 1).all() and len(widths) == len(lengths) and not (lengths % widths).any(), "widths", widths)
     _require(len(set(terms)) == len(terms), "terms", terms)
     starts, stops = found["starts"], found["stops"]

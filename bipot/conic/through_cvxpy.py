@@ -54,7 +54,7 @@ class Stated:
         return -stacked if isinstance(constraint, Equality | Zero) else stacked
 
     def constant(self) -> float:
-        """The statement's cost minus that of the conic program, which is 0 at x = 0; values are not changed."""
+        """The statement's cost at x = 0, where that of the conic program is 0; the variables keep their values."""
         kept = [(variable, variable.value) for variable in self.problem.variables()]
         for variable, _ in kept:
             variable.value = np.zeros(variable.shape)
@@ -89,14 +89,14 @@ class Cvxpy:
         """As :meth:`~bipot.conic.solver.ConicSolver.solve`."""
         began = time.perf_counter()
         stated = written(program) if program.statement is None else program.statement()
-        began, building = time.perf_counter(), time.perf_counter() - began
+        built = Timing(build=time.perf_counter() - began)
         outcome, iterations, timing = solve_stated(stated, accuracy, self.name)
         x = np.zeros(len(program.q))
         for block, variable in stated.blocks.items():
             x[program.blocks[block]] = np.ravel(np.asarray(variable.value))
-        none = {r.term: np.zeros((r.count, r.width)) for r in program.rows}
-        dual = none | {term: stated.dual(term) for term in stated.constraints}
-        return ConicSolution(program, x, dual, outcome, iterations, Timing(build=building) + timing), None
+        dual = {r.term: np.zeros((r.count, r.width)) for r in program.rows}
+        dual |= {term: stated.dual(term) for term in stated.constraints}
+        return ConicSolution(program, x, dual, outcome, iterations, built + timing), None
 
 
 OPTIONS: Mapping[str, Any] = {
@@ -172,7 +172,7 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
             raise ProgramError(f"conic solver stopped without an answer ({broken}): refine the increment") from broken
     total = time.perf_counter() - started
     status, stats = stated.problem.status, stated.problem.solver_stats
-    # What is inaccurate proves nothing, and cvxpy keeps no certificate that would tell.
+    # An inaccurate claim proves nothing, and cvxpy keeps no certificate that could be checked.
     if status == cp.INFEASIBLE:
         raise infeasible()
     if status == cp.UNBOUNDED:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -13,12 +13,11 @@ from bipot.typing import Floats, make_floats
 
 @dataclass(frozen=True, eq=False)
 class Past:
-    """Past points x and steps G(x) - x, oldest first, (k, n) each; ``trusted`` is the last step length
-    accepted."""
+    """Past points x and steps G(x) - x, oldest first, (k, n) each; ``length`` is that of the last step."""
 
     points: tuple[Floats, ...] = ()
     steps: tuple[Floats, ...] = ()
-    trusted: float = field(default=float("inf"))
+    length: float = float("inf")
 
 
 @runtime_checkable
@@ -26,7 +25,7 @@ class Acceleration(Protocol):
     """From x and G(x) to the next x."""
 
     def advance(self, past: Past, x: Floats, image: Floats) -> tuple[Past, Floats]:
-        """The memory with x and G(x) in it, and the next x; all (n,)."""
+        """The memory with x and its ``image`` G(x) in it, and the next x; all (n,)."""
         ...
 
 
@@ -53,9 +52,9 @@ class Damped:
 class Anderson:
     """Anderson mixing of the last ``depth`` steps, with a safeguard.
 
-    x <- x + w f - (ΔX + w ΔF) γ, f = G(x) - x, γ the least-squares solution of ΔF γ = f. Where |f| has grown
-    by more than ``growth`` since the last trusted step the memory is dropped and the damped point taken:
-    mixing can then delay a convergent iteration but not keep it from converging.
+    x <- x + w f - (ΔX + w ΔF) γ, f = G(x) - x, γ the least-squares solution of ΔF γ = f. Where |f| is more than
+    ``growth`` times that of the step before, the memory is dropped and the damped point taken: mixing can then delay
+    a convergent iteration but not keep it from converging.
     """
 
     depth: int = 5
@@ -73,7 +72,7 @@ class Anderson:
         step = image - x
         size = float(np.linalg.norm(step))
         damped = x + self.weight * step
-        if size > self.growth * past.trusted:
+        if size > self.growth * past.length:
             return Past((x,), (step,), size), damped
         points = (*past.points, x)[-self.depth - 1 :]
         steps = (*past.steps, step)[-self.depth - 1 :]

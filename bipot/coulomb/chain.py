@@ -44,12 +44,14 @@ DEFAULT_CHAIN = (
 )
 
 
-# Up to this many contacts the modes of a plane problem are enumerated as soon as the first solver fails.
 _ENUMERATED = 4
+"""Contacts of a plane problem up to which its modes are enumerated as soon as the first solver fails."""
+
 NO_MODE = "None of its modes (open, stick and slip at each contact) holds: the problem has no solution."
 
 
 def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | None, str]:
+    """The solution of the first mode that holds, or None, and a sentence on it."""
     found = enumerate_modes(problem, tol).solutions
     if found:
         return found[0], f"{found[0].reason[:-1]} of all {4**problem.contacts} solves it."
@@ -59,27 +61,27 @@ def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | 
 def _by_chain(
     problem: CoulombProblem, limits: Limits, start: Floats | None, chain: tuple[Stage, ...], ends: float
 ) -> tuple[CoulombSolution, list[str], int]:
-    """The best force found, messages of the stages, and steps taken; no stage begins after the time ``ends``."""
+    """The best force found, the reasons of the stages, and steps taken; no stage begins after the time ``ends``."""
     best = run(chain[0].solver, problem, replace(limits, iterations=0), start)
-    said, iterations = list[str](), 0
+    reasons, iterations = list[str](), 0
     small = problem.dim == 2 and problem.contacts <= _ENUMERATED
     for stage in chain:
         left = ends - perf_counter()
         if best.converged or left <= 0:
             break
         # forces that ran away are no place to start from
-        origin = best.r if stage.warm and said and best.resolution() <= limits.tol else start
+        origin = best.r if stage.warm and reasons and best.resolution() <= limits.tol else start
         answer = run(stage.solver, problem, replace(limits, seconds=stage.share * left), origin)
         iterations += answer.iterations
-        said.append(answer.reason)
-        best = answer if len(said) == 1 or answer.residual() < best.residual() else best
+        reasons.append(answer.reason)
+        best = answer if len(reasons) == 1 or answer.residual() < best.residual() else best
         if small and not best.converged and perf_counter() < ends:
             found, verdict = _enumerated(problem, limits.tol)
-            return found or best, [*said, verdict], iterations
-    if not said and not best.converged:
+            return found or best, [*reasons, verdict], iterations
+    if not reasons and not best.converged:
         best = replace(best, outcome=Outcome.TIME_LIMIT)
-        said.append(f"No time was left to try a solver in {limits.seconds:.1e} s; more time may help.")
-    return best, said or [best.reason], iterations
+        reasons.append(f"No time was left to try a solver in {limits.seconds:.1e} s; more time may help.")
+    return best, reasons or [best.reason], iterations
 
 
 def solve(
@@ -108,7 +110,7 @@ def solve(
     report = existence(problem, 0.1 * limits.seconds)
     if report.verdict is Existence.NONE:
         raise InfeasibleProgram(f"The contact problem has no solution: {report.reason}.")
-    best, said, iterations = _by_chain(problem, limits, start, chain, began + limits.seconds)
-    if not best.converged and said[-1] != NO_MODE and report.verdict is Existence.UNKNOWN:
-        said.append(f"Whether a solution exists is not known: {report.reason}.")
-    return replace(best, solver="auto", reason=" ".join(said), iterations=iterations, seconds=perf_counter() - began)
+    best, reasons, iterations = _by_chain(problem, limits, start, chain, began + limits.seconds)
+    if not best.converged and reasons[-1] != NO_MODE and report.verdict is Existence.UNKNOWN:
+        reasons.append(f"Whether a solution exists is not known: {report.reason}.")
+    return replace(best, solver="auto", reason=" ".join(reasons), iterations=iterations, seconds=perf_counter() - began)

@@ -24,7 +24,7 @@ from scipy import sparse
 
 from bipot.basics.definite import ROUGHLY
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Rows
 from bipot.conic.proofs import unbounded
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ConeMap, ContactFunction
@@ -40,10 +40,10 @@ _LIGHTEST, _EXACT = 1e-10, 1e-15
 
 UNBOUNDED = "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
 
-# Forces over the load's that no W holds to more than a few digits: what is in balance so far is so for ever.
+# How far, over its numbers, the program must fall along a ray to count as unbounded: W has no more digits than that.
 BALANCED = 1e12
 
-# A tolerance beyond LOOSEST, however loosened, is none; and Clarabel's own limit of iterations.
+# The largest tolerance asked for, however loosened, and the most iterations of the interior points.
 _LOOSEST, _ITERATIONS = 9e-3, 200
 
 
@@ -104,16 +104,24 @@ class ForceProgram:
         bare, cones = self.conic.rows
         program = replace(self.conic, q=linear, rows=(bare, replace(cones, b=b.ravel())))
         try:
-            answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
-            if answer.outcome is not Claim.SOLVED:
-                answer, _ = self.solver.solve(program, self.settings.accuracy(100))
+            answer = self._answer(program)
         except UnboundedProgram as ray:
             raise InfeasibleProgram(UNBOUNDED) from ray
-        except ProgramError:
-            answer, _ = self.solver.solve(program, self.settings.accuracy(100))
         if answer.outcome is not Claim.SOLVED:
             raise ProgramError(f"almost solved at {100 * self.settings.tol:.0e}, which is not accepted")
         return answer.x
+
+    def _answer(self, program: ConicProgram) -> ConicSolution:
+        """The answer at the requested tolerance, or to a second attempt at a hundred times that."""
+        try:
+            answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
+            if answer.outcome is Claim.SOLVED:
+                return answer
+        except UnboundedProgram:
+            raise
+        except ProgramError:
+            pass
+        return self.solver.solve(program, self.settings.accuracy(100))[0]
 
 
 def polished_force(problem: ScaledProblem, law: ContactFunction, r: Floats, load: Floats, steps: int = 100) -> Floats:
@@ -184,8 +192,7 @@ class AssociatedSolution:
         return max(merit(scaled, ConeMap(), r, scaled.velocity(r)), lost)
 
     def dilatancy(self) -> float:
-        """Opening by sliding, the sum of u_n over contacts that carry force, length units; 0 under Coulomb's
-        law."""
+        """Opening by sliding, the sum of u_n over contacts that carry force, length units; 0 under Coulomb's law."""
         r, u = self.problem.by_contact(self.r), self.problem.by_contact(self.u)
         return float(np.sum(np.where(r[:, 0] > 1e-9 * np.abs(r).max(initial=0.0), u[:, 0], 0.0)))
 
@@ -206,7 +213,7 @@ def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = N
     found = force_program(scaled, scaled.mu, settings).solve(scaled.q, np.zeros_like(scaled.mu))
     near = polished_force(scaled, ConeMap(), found, scaled.q)
     answer = AssociatedSolution(problem, scaled.unscale(near))
-    # What is added to W bounds every program; without it the forces found may gain as far as anything is in reach.
+    # The regularisation bounds every program; without it the forces found may be a ray along which it falls for ever.
     bare = force_program(scaled, scaled.mu, replace(settings, regularisation=0.0)).conic
     if answer.residual() > settings.tol and any(unbounded(bare, ray, BALANCED) for ray in (found, near)):
         raise InfeasibleProgram(UNBOUNDED)

@@ -38,7 +38,7 @@ LOCAL, GLOBAL, SOLUTION = "fclib_local", "fclib_global", "solution"
 """Names of the groups that hold a problem in its reduced or its global form, and its solution."""
 
 COLUMNS, ROWS = -1, -2
-"""What nz is of compressed columns and rows; any nz >= 0 is the number of triplets."""
+"""Values of nz for compressed columns and compressed rows; any nz >= 0 is the number of triplets."""
 
 
 class FclibError(BipotError):
@@ -175,7 +175,7 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
 
 
 def solution_lengths(rows: int, dofs: int | None) -> dict[str, int | None]:
-    """Lengths of the vectors of `/solution`, None where any may be: a reduced problem does not know its bodies."""
+    """Lengths of the vectors of `/solution`, None for any length: a reduced problem does not know its bodies."""
     return {"u": rows, "r": rows, "v": dofs}
 
 

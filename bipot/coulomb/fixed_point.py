@@ -30,7 +30,7 @@ class FixedPointState(SolverState):
 
 @dataclass(frozen=True)
 class _FixedPoint:
-    """Common to both: ``acceleration`` acts on r, ``settings`` are those of the programs."""
+    """What both sequences share: ``acceleration`` acts on r, ``settings`` are those of the programs."""
 
     acceleration: Acceleration = field(default_factory=Anderson)
     settings: ConicSettings = field(default_factory=ConicSettings)
@@ -60,8 +60,7 @@ class _FixedPoint:
         shift: Floats,
         radius: Floats,
     ) -> FixedPointState:
-        """Program and polish at the point x, then the acceleration; the parts not in the program are its load
-        (W - Wᵀ)/2 x - ε x + shift."""
+        """Program and polish at the point x, then the acceleration; (W - Wᵀ)/2 x - ε x + shift is a load on it."""
         carried = state.antisymmetric @ state.point
         r = state.program.solve(problem.q + carried + shift, radius, state.point)
         # the polish takes the whole W: at the fixed point nothing is left to carry
@@ -90,8 +89,7 @@ class TrescaFixedPoint(_FixedPoint):
 class DeSaxceFixedPoint(_FixedPoint):
     """r <- argmin ½ r·W r + (q + s n)·r over r in K_mu, with the shift s = mu |u_t| of the last point.
 
-    Each program is that of Acary, Cadoux, Lemaréchal and Malick, unbounded where no velocity is in the dual
-    cone.
+    Each program is that of Acary, Cadoux, Lemaréchal and Malick, unbounded where no velocity is in the dual cone.
     """
 
     label: ClassVar[str] = "de-saxce"

@@ -1,6 +1,7 @@
-"""Nonsmooth functions F(r, u) that vanish exactly on Coulomb's law, with their generalised derivatives.
+"""Nonsmooth functions F(r, u) that vanish exactly on a contact law, with their generalised derivatives.
 
-Both are r - P(r, u) with P a projection; ``step`` is rho (1 is suitable, because the problem is scaled).
+All are r - P(r, u) with P a projection. The law is Coulomb's in :class:`AlartCurnier` and :class:`NaturalMap`, whose
+``step`` is rho (1 is suitable, because the problem is scaled), and that of one program in the other two.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Expansion(NamedTuple):
 
 @runtime_checkable
 class ContactFunction(Protocol):
-    """F(r, u) for r, u (c, d) and mu (c,), zero exactly where Coulomb's law holds."""
+    """F(r, u) for r, u (c, d) and mu (c,), zero exactly where its law holds."""
 
     def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
@@ -53,8 +54,7 @@ def _disc_projection(y: Floats, limit: Floats) -> tuple[Floats, Floats, DiscSlop
 
 @dataclass(frozen=True)
 class AlartCurnier:
-    """F_n = r_n - (r_n - ρ u_n)+,  F_t = r_t - P_{B(μ (r_n - ρ u_n)+)}(r_t - ρ u_t)  (Alart and Curnier
-    1991).
+    """F_n = r_n - (r_n - ρ u_n)+,  F_t = r_t - P_{B(μ (r_n - ρ u_n)+)}(r_t - ρ u_t)  (Alart and Curnier 1991).
 
     Cheap, and its Newton steps are the active sets open, stick and slip; not a map of a convex set.
     """
@@ -118,8 +118,7 @@ class ConeMap:
 
 @dataclass(frozen=True, eq=False)
 class TrescaMap:
-    """F_n = r_n - (r_n - u_n)+,  F_t = r_t - P_B(s)(r_t - u_t): given ``threshold`` s (c,). Not Coulomb's
-    law."""
+    """F_n = r_n - (r_n - u_n)+,  F_t = r_t - P_B(s)(r_t - u_t), s (c,) the given ``threshold``. Not Coulomb's law."""
 
     threshold: Floats
 

@@ -1,8 +1,7 @@
 """Projected Gauss-Seidel, the standard method of the field: contact by contact, here colour by colour.
 
 Contacts of one colour are not coupled by W, so a sweep over the colours is a Gauss-Seidel sweep in that order, with
-whole colours updated at once. Where W is nearly full there are as many colours as contacts
-and a sweep is slow.
+whole colours updated at once. Where W is nearly full there are as many colours as contacts and a sweep is slow.
 """
 
 from __future__ import annotations
@@ -22,8 +21,7 @@ from bipot.typing import Floats, Ints, einsum, make_floats
 
 @dataclass(frozen=True, eq=False)
 class Colour:
-    """Contacts that are not coupled: their ``dofs`` (k, d), rows of W (k d, dc), blocks (k, d, d), step and mu
-    (k,)."""
+    """Contacts that are not coupled: their ``dofs`` (k, d), rows of W (k d, dc), blocks (k, d, d), step, mu (k,)."""
 
     dofs: Ints
     rows: sparse.csr_array
@@ -45,14 +43,12 @@ def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
     i, j = W.nonzero()
     c = column_count(W) // dim
     pairs = np.unique(np.stack([np.r_[i, j], np.r_[j, i]]) // dim, axis=1)
-    own = np.arange(c)
-    i, j = np.r_[pairs[0], own], np.r_[pairs[1], own]
+    i, j = np.hstack([pairs, np.tile(np.arange(c), (2, 1))])
     return sparse.csr_array(sparse.coo_array((np.ones(i.size), (i, j)), shape=(c, c)))
 
 
 def colouring(touching: sparse.csr_array) -> Ints:
-    """Colour of each contact, (c,), no two neighbours alike: the local maxima of a fixed random order,
-    peeled off."""
+    """Colour of each contact, (c,), no two neighbours alike: the local maxima of a fixed random order, peeled off."""
     c = column_count(touching)
     rank = np.random.default_rng(0).permutation(c) + 1.0
     colour = np.full(c, -1, dtype=np.intp)
@@ -102,6 +98,7 @@ class GaussSeidel:
         return SweepState(r, tuple(_colour(problem, W, contacts) for contacts in groups))
 
     def _update(self, problem: ScaledProblem, colour: Colour, r: Floats) -> None:
+        """Replace the forces of one colour in r (dc,)."""
         old = r[colour.dofs]
         free = (colour.rows @ r).reshape(old.shape) + problem.q[colour.dofs]
         new = old

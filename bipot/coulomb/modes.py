@@ -2,9 +2,9 @@
 
 A mode is open, stick or slip either way at each contact, 4^c systems in all. In it the law is linear, E r = e and G r
 <= g, a polyhedron of forces. Where E is regular it is one point or empty. Where E is singular, a linear program says
-whether it is empty, and two more give the range of each velocity that E leaves free. A range without an end, which W
-has only where it is not that of an energy, is cut off at the length of the load. All numbers are those of the scaled
-problem; a point counts if it passes the residual.
+whether it is empty, and two more give the range of each velocity that E leaves free. An endless range, possible only
+if W is not that of an energy, is cut off at the length of the load. All numbers are those of the scaled problem; a
+point counts if it passes the residual.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Polyhedron(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class MultiplicityReport:
     """Solutions with different velocities u. ``exhaustive`` says whether every mode was tried, ``continuum``
-    whether some mode holds a whole range of velocities; its ends are then among the solutions, or of a range without
-    an end a velocity farther along it.
+    whether some mode holds a whole range of velocities. Its ends are then among the solutions, and in the place of an
+    end that is missing a velocity farther along it.
 
     Forces may differ at the same u where W is singular: that is hyperstatic, not multiple, and not counted.
     """
@@ -84,7 +84,7 @@ def _polyhedron(W: Floats, q: Floats, mu: Floats, mode: Mode) -> Polyhedron:
     rows: list[tuple[Floats, float]] = []
     bounds: list[tuple[Floats, float]] = []
     axes = np.eye(q.size)
-    for k, (status, way) in enumerate(mode):
+    for k, (status, sign) in enumerate(mode):
         n, t = 2 * k, 2 * k + 1
         size = 1.0 + mu[k]
         if status is Status.OPEN:
@@ -97,16 +97,16 @@ def _polyhedron(W: Floats, q: Floats, mu: Floats, mode: Mode) -> Polyhedron:
             rows.append((W[t], -q[t]))
             bounds += [((side * axes[t] - mu[k] * axes[n]) / size, 0.0) for side in (1, -1)]
         else:
-            rows.append(((axes[t] + way * mu[k] * axes[n]) / size, 0.0))
-            bounds.append((-way * W[t], way * q[t]))
-    (E, e), (G, g) = (tuple(np.array(part) for part in zip(*each, strict=True)) for each in (rows, bounds))
-    return Polyhedron(E, e, G, g)
+            rows.append(((axes[t] + sign * mu[k] * axes[n]) / size, 0.0))
+            bounds.append((-sign * W[t], sign * q[t]))
+    parts = (*zip(*rows, strict=True), *zip(*bounds, strict=True))
+    return Polyhedron(*(np.array(part) for part in parts))
 
 
 def _vertex(region: Polyhedron, cost: Floats, within: Floats | None = None) -> Floats | None:
     """A force of least cost, sharpened on the rows that are active there; None where there is none.
 
-    Where the cost has no least, the force costs less than that ``within`` the region by the length of the load.
+    Where no cost is the least, the force costs less than the force ``within`` the region, by the length of the load.
     """
     # scipy.optimize takes long to import, and only small problems that a solver failed on come here.
     from scipy.optimize import linprog
@@ -172,14 +172,14 @@ def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10, apart: float = 
     continuum = False
     for mode in product(_CHOICES, repeat=problem.contacts):
         name = " ".join(status.name.lower() for status, _ in mode)
-        own: list[CoulombSolution] = []
+        held: list[CoulombSolution] = []
         for point in _points(W, _polyhedron(W, scaled.q, problem.mu, mode)):
             r = scaled.unscale(point)
             if residual(problem, r) <= tol:
                 spent = perf_counter() - began
-                own.append(CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", 0, spent))
-        continuum = continuum or len(_distinct(own, apart)) > 1
-        answers += own
+                held.append(CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", 0, spent))
+        continuum = continuum or len(_distinct(held, apart)) > 1
+        answers += held
     return MultiplicityReport(_distinct(answers, apart), exhaustive=True, continuum=continuum)
 
 

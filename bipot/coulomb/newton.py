@@ -24,8 +24,7 @@ _PATIENCE = 50
 class LineSearch:
     """Halve from the full step until |F| <= (1 - 0.1 t) of the largest of the last ``memory`` values.
 
-    memory = 1 is monotone; more lets active sets change past a bump. If no step qualifies the best tried is
-    taken.
+    memory = 1 is monotone; more lets active sets change past a bump. If no step qualifies the best tried is taken.
     """
 
     memory: int = 4
@@ -70,14 +69,11 @@ def linearise(problem: ScaledProblem, function: ContactFunction, r: Floats, u: F
 
 
 def _levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> Floats:
-    """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular
-    W."""
+    """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular W."""
     J, F = jacobian(problem, rows), rows.value.ravel()
     if isinstance(J, np.ndarray):
-        stacked, right = (
-            np.vstack([J, np.sqrt(weight) * np.eye(F.size)]),
-            np.concatenate([-F, np.zeros(F.size)]),
-        )
+        stacked = np.vstack([J, np.sqrt(weight) * np.eye(F.size)])
+        right = np.concatenate([-F, np.zeros(F.size)])
         least: Any = linalg.lstsq(stacked, right, lapack_driver="gelsy", check_finite=False)
         return np.asarray(least[0])
     normal = sparse.csc_matrix(J.T @ J + weight * sparse.eye_array(F.size))

@@ -22,7 +22,7 @@ from bipot.typing import Floats, Ints, as_numbers, max_abs
 LARGEST = 1e100
 
 TIE = 1.0 + 1e-9
-"""Round-off of two numbers that are one."""
+"""Ratio up to which two numbers count as equal."""
 
 
 def _matrix(value: object, field: str) -> sparse.csr_array:
@@ -43,7 +43,7 @@ def column_count(matrix: sparse.csr_array) -> int:
 
 
 def require_sizes(numbers: Floats, field: str) -> None:
-    """Numbers whose squares are numbers too."""
+    """Raise SceneError for numbers whose squares may overflow."""
     largest = max_abs(numbers)
     require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
 
@@ -78,7 +78,7 @@ def _require_contacts(rows: int, dim: int) -> None:
 
 
 class Affine:
-    """u = W r + q in d = ``dim`` rows a contact: what a problem and its scaled form share."""
+    """u = W r + q with d = ``dim`` rows a contact: what a problem and its scaled form share."""
 
     W: Any
     q: Floats
@@ -90,7 +90,7 @@ class Affine:
         return self.q.size
 
     def velocity(self, r: Floats) -> Floats:
-        """U = W r + q, (dc,)."""
+        """u = W r + q, (dc,)."""
         return self.W @ r + self.q
 
     def by_contact(self, vector: Floats) -> Floats:
@@ -164,11 +164,11 @@ class CoulombProblem(Affine):
 
     @cached_property
     def contact_unit(self) -> Floats:
-        """√w of each contact, (c,), w the mean diagonal of its block of W, length per force; where that is not
-        positive the mean of the others.
+        """√w of each contact, (c,), w the mean diagonal of its block of W, length per force; where this is not
+        positive, the mean of the positive ones.
 
-        Of a W that is symmetric and positive no entry between contacts a and b is above d √(w_a w_b). Where one is, of
-        others, w is the largest entry between the contact and any, over d; 1 where there is none.
+        If W is symmetric and positive semidefinite, no entry between contacts a and b is above d √(w_a w_b). Where one
+        is in another W, w_a and w_b are at least this entry over d. Where w is still zero it is 1.
         """
         flexibility = self.by_contact(np.asarray(self.W.diagonal(), dtype=np.float64)).mean(axis=1)
         positive = flexibility > 0
@@ -184,7 +184,7 @@ class CoulombProblem(Affine):
     @cached_property
     def groups(self) -> Ints:
         """Number of the group that each contact belongs to, (c,): W couples no two groups."""
-        # Only a problem that is judged asks for it: what merely imports the library need not load it.
+        # Loaded here, because only judging a problem needs it, not importing the library.
         from scipy.sparse import csgraph
 
         entries = sparse.coo_array(self.W)
@@ -247,7 +247,7 @@ class GlobalCoulombProblem:
         return CoulombProblem(W=sparse.csr_array(W), q=self.H.T @ solve(self.f) + self.w, mu=self.mu, dim=self.dim)
 
     def state(self, r: Floats) -> Floats:
-        """V = M⁻¹ (H r + f), (m,)."""
+        """v = M⁻¹ (H r + f), (m,)."""
         return self._factorised().solve(self.H @ _vector(r, "r", self.w.size) + self.f)
 
     def _factorised(self) -> sparse_linalg.SuperLU:

@@ -12,17 +12,19 @@ from bipot.errors import require, require_count, require_positive, require_type
 from bipot.typing import Floats, make_floats
 
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
-# Newton passes: a quick success; and how many to wait for |F| to be halved in nine.
-_QUICK, _PATIENCE = 4, 12
-# The most of them without success, and what the weight is multiplied by then.
-_INNER, _TIGHTEN = 25, 4.0
+# Newton passes that are a quick success, the most without success, and those after which |F| has to be halved by the
+# last few.
+_QUICK, _INNER, _PATIENCE, _FEW = 4, 25, 12, 8
+_TIGHTEN = 4.0
 _SEARCH = LineSearch()
 
 
 @dataclass(frozen=True, eq=False)
 class ProximalState(SolverState):
-    """Iterate r of the inner problem around ``centre``; ``merits`` of its Newton steps, ``outer`` = |F| at
-    the centre."""
+    """Iterate r of the inner problem around ``centre``, ``merits`` of its Newton steps, ``outer`` = |F| at the centre.
+
+    ``caution`` counts the centres for which the weight still falls cautiously.
+    """
 
     r: Floats
     centre: Floats
@@ -38,11 +40,11 @@ class ProximalPoint:
     """r_{k+1} solves u = W r + q + α_k (r - r_k) under Coulomb's law, by Newton; α falls as the steps
     succeed.
 
-    W + α I is regular whatever the rank of W, and for large α the problem has one solution, near r_k. Each
-    step is one Newton pass; the centre moves when the inner |F| <= ``accuracy`` |F at the centre|. Quick
-    success divides α by ``relax``; 25 passes without success, or no progress, return to the centre and
-    multiply it by four. For ``memory`` centres after that, success divides α by no more than ``cautious``;
-    otherwise most of the time would be spent on running into the same failure again.
+    W + α I is regular whatever the rank of W, and for large α the problem has one solution, near r_k. Each step is one
+    Newton pass; the centre moves when the inner |F| <= ``accuracy`` min(|F at the centre|, 1). Quick success divides α
+    by ``relax``; 25 passes without success, or no progress, return to the centre and multiply α by four. For ``memory``
+    centres after that, success divides α by no more than ``cautious``: most of the time would otherwise be spent on the
+    same failure again.
     """
 
     function: ContactFunction = field(default_factory=AlartCurnier)
@@ -75,8 +77,7 @@ class ProximalPoint:
         return self._centred(problem, r, self.weight, 0)
 
     def step(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
-        """One Newton pass on the inner problem, then the decision to continue, to move the centre or to
-        return to it."""
+        """One Newton pass on the inner problem, then the decision to continue, move the centre or return to it."""
         weight, centre = state.weight, state.centre
 
         def velocity(r: Floats) -> Floats:
@@ -92,7 +93,7 @@ class ProximalPoint:
 
     def _hopeless(self, state: ProximalState) -> bool:
         passes, merits = len(state.merits) - 1, state.merits
-        return passes >= _INNER or (passes > _PATIENCE and merits[-1] > 0.5 * merits[3 - _PATIENCE])
+        return passes >= _INNER or (passes > _PATIENCE and merits[-1] > 0.5 * merits[-1 - _FEW])
 
     def _accepted(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
         passes = len(state.merits) - 1

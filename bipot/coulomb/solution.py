@@ -107,11 +107,10 @@ def judge(problem: CoulombProblem, r: Floats) -> Judgement:
 
         residual = max(|distance| / |load|, resolution),   resolution = ε | |W'| |r'| | / |load|,   ε = 2.2e-16
 
-    and for each contact the same of its own rows, with |q'| + | |W'| |r'| | for |load| where that is less.
-    The resolution is what round-off of W r leaves unknown: where it is above a tolerance no answer with that force
-    can be said to meet it. Where no load bears on a touching contact (q = 0 there), the smaller of |q'| and |r'|
-    that is not zero is the scale.
-    Forces so large that their squares overflow are infinitely far off.
+    and for each contact the same of its own rows, with |its load| + | |W'| |r'| | in the place of |load| where this is
+    less. The resolution is what round-off of W r leaves unknown: where it is above a tolerance no answer with that
+    force can be said to meet it. Where no load bears on a touching contact (q = 0 there), the smaller of |q'| and |r'|
+    that is not zero is the scale. Forces so large that their squares overflow are infinitely far off.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         found = _judged(problem, r)
@@ -128,21 +127,22 @@ def _judged(problem: CoulombProblem, r: Floats) -> Judgement:
     pressing = norm(load * found.bearing)
     count = int(group.max()) + 1
 
-    def length(lengths: Floats) -> Floats:
+    def by_group(lengths: Floats) -> Floats:
         return np.sqrt(np.bincount(group, lengths * lengths, count))
 
-    scale = _scale(length(pressing), length(norm(load)), length(norm(forces)))
+    scale = _scale(by_group(pressing), by_group(norm(load)), by_group(norm(forces)))
     moved = pressing + reach
-    own = np.where(moved > 0, np.minimum(moved, scale[group]), scale[group])
+    contact_scale = np.where(moved > 0, np.minimum(moved, scale[group]), scale[group])
 
     def worst(lengths: Floats) -> float:
-        return max(float(np.max(length(lengths) / scale)), float(np.max(lengths / own)))
+        return max(float(np.max(by_group(lengths) / scale)), float(np.max(lengths / contact_scale)))
 
     resolution = worst(_EPS * reach)
     return Judgement(max(worst(found.distance), resolution), resolution)
 
 
 def _scale(bearing: Floats, load: Floats, force: Floats) -> Floats:
+    """The bearing load of each group, else the smaller of its load and its force that is not zero, else 1."""
     either = np.minimum(np.where(load > 0, load, np.inf), np.where(force > 0, force, np.inf))
     return np.where(bearing > 0, bearing, np.where(np.isfinite(either), either, 1.0))
 
@@ -176,7 +176,8 @@ def natural_residual(problem: CoulombProblem, r: Floats) -> float:
 def unit_free_residual(problem: CoulombProblem, r: Floats) -> float:
     """The same of the problem (rho W, q/|q|) at r/(rho |q|), rho = d c / trace W: no unit enters.
 
-    |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It too hides errors where r diverges.
+    |F| / max(1, |r|/(rho |q|), |u|/|q|); where q = 0, |q| counts as 1 and the 1 as 0. It too hides errors where r
+    diverges.
     """
     r = known_force(problem, r)
     length = float(np.linalg.norm(problem.q)) or 1.0
@@ -238,13 +239,11 @@ class CoulombSolution:
         return float(coulomb.cone_violation(self._pair()[0], self.problem.mu).max())
 
     def dual_cone_violation(self) -> float:
-        """Largest (-u_n)+: the shifted u + mu |u_t| n lies in the dual cone exactly where u_n >= 0; length
-        units."""
+        """Largest (-u_n)+, length units: the shifted u + mu |u_t| n is in the dual cone exactly where u_n >= 0."""
         return float(np.maximum(-self._pair()[1][:, 0], 0.0).max())
 
     def bipotential_gap(self) -> float:
-        """Sum over contacts of |mu r_n |u_t| + r_n u_n + r_t · u_t|, energy units; absolute, so that bad
-        signs cannot cancel."""
+        """Sum over contacts of |mu r_n |u_t| + r_n u_n + r_t · u_t|, energy units; absolute, so that none cancel."""
         r, u = self._pair()
         return float(np.abs(coulomb.bipotential_gap(u, r, self.problem.mu)).sum())
 

@@ -24,17 +24,16 @@ from bipot.coulomb.solution import NOWHERE, CoulombSolution, Judgement, Outcome,
 from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.typing import Floats, Ints, make_floats
 
-# Above this many rows and below this filling a sparse factorisation beats a dense one.
+# Above this many rows and below this part of entries that are stored a sparse factorisation beats a dense one.
 DENSE_ROWS = 300
 DENSE_FILLING = 0.2
 
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """W by contacts: ``data`` (k, d, d) at contact ``row`` and ``column`` (k,), sorted by row; ``diagonal``
-    (c,) says where.
+    """W by contacts: ``data`` (k, d, d) of the contacts ``row`` and ``column`` (k,), sorted by row.
 
-    Every diagonal block is there, zero or not.
+    Every diagonal block is there, zero or not: ``diagonal`` (c,) are their numbers.
     """
 
     data: Floats
@@ -85,10 +84,11 @@ def scale(problem: CoulombProblem) -> ScaledProblem:
     q = problem.q / unit
     size = float(np.linalg.norm(q)) or 1.0
     W = by_units(problem.W, unit)
-    small = problem.size <= DENSE_ROWS or W.nnz > DENSE_FILLING * problem.size**2
-    pieces = None if small else blocks(W, problem.dim)
-    dense = W.toarray() if small else W
-    return ScaledProblem(dense, q / size, problem.mu, problem.dim, size / unit, size * unit, pieces)
+    if problem.size <= DENSE_ROWS or W.nnz > DENSE_FILLING * problem.size**2:
+        stored, by_contacts = W.toarray(), None
+    else:
+        stored, by_contacts = W, blocks(W, problem.dim)
+    return ScaledProblem(stored, q / size, problem.mu, problem.dim, size / unit, size * unit, by_contacts)
 
 
 class SolverState:

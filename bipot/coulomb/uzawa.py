@@ -30,7 +30,7 @@ class Uzawa:
     """r <- P_K(r - ρ û(r)), û = u + μ |u_t| n; with ``corrector``, û is taken again at the predicted force.
 
     The prediction is that of De Saxce and Feng; the second evaluation makes it the extragradient iteration.
-    ρ is held where ρ |û(r') - û(r)| <= 0.9 |r' - r|, and grows again below 0.3. ``passes`` are done a step.
+    ρ shrinks until ρ |û(r') - û(r)| <= 0.9 |r' - r|, and grows again below 0.3. ``passes`` are done a step.
     Slow: linear, with a rate that the condition of W sets.
     """
 

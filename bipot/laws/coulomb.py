@@ -56,8 +56,8 @@ def force_threshold(r: Floats) -> float:
 def limit(r_n: Floats, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> Floats:
     """Largest friction force s = min(mu r_n, cap), (…).
 
-    Where mu = inf: inf without a cap, whatever r_n (the closed cone), else the cap where r_n is above ``none``, what
-    counts as no force.
+    Where mu = inf: inf without a cap, whatever r_n (the closed cone), else the cap where r_n is above ``none``, the
+    force that counts as none.
 
     >>> limit(np.array([1.0, 4.0, 0.0]), np.array([0.5, 0.5, np.inf]), 1.0).tolist()
     [0.5, 1.0, 0.0]
@@ -141,11 +141,11 @@ def natural_map(r: Floats, u: Floats, mu: Friction, rho: Friction, cap: Friction
     With a cap, r_n - (r_n - rho u_n)+ and r_t - P(r_t - rho u_t), P on the disc of radius s(r_n)+ (:func:`limit`).
     ``rho`` > 0 is a number or (…), force per length; the map has the units of r.
     """
-    stiff = np.asarray(rho)[..., None]
-    cone = r - project_cone(r - stiff * de_saxce_shift(u, mu), mu)
+    step = np.asarray(rho)[..., None]
+    cone = r - project_cone(r - step * de_saxce_shift(u, mu), mu)
     if np.isinf(cap).all():
         return cone
-    y, radius = r - stiff * u, np.maximum(limit(r[..., 0], mu, cap, none), 0.0)
+    y, radius = r - step * u, np.maximum(limit(r[..., 0], mu, cap, none), 0.0)
     normal = r[..., :1] - np.maximum(y[..., :1], 0.0)
     apart = np.concatenate([normal, r[..., 1:] - project_disc(y[..., 1:], radius)], axis=-1)
     return np.where(np.isinf(cap)[..., None], cone, apart)
@@ -168,10 +168,10 @@ def status(
     STICK: |du_t| <= slip_tol and |r_t| < s - force_tol, s = mu r_n or less by the cap.
     UNDECIDED is the rest: grazing, on the edge between stick and slip, or outside the law.
     """
-    r_n, slip, room = r[..., 0], norm(du[..., 1:]), gap + du[..., 0]
+    r_n, slip, gap_after = r[..., 0], norm(du[..., 1:]), gap + du[..., 0]
     strictly_inside = norm(r[..., 1:]) < limit(r_n, mu, cap, force_tol) - force_tol
-    opened = (norm(r) <= force_tol) & (room > slip_tol)
-    touching = (r_n > force_tol) & (np.abs(room) <= slip_tol)
+    opened = (norm(r) <= force_tol) & (gap_after > slip_tol)
+    touching = (r_n > force_tol) & (np.abs(gap_after) <= slip_tol)
     sliding = touching & (((slip > slip_tol) & ~strictly_inside) | (np.minimum(mu, cap) == 0))
     sticking = touching & (slip <= slip_tol) & strictly_inside
     choices = [np.int8(Status.OPEN), np.int8(Status.SLIP), np.int8(Status.STICK)]

@@ -23,11 +23,11 @@ import numpy as np
 from bipot.typing import Floats, read_only
 
 FARTHEST = 1.0
-"""Largest fraction a carried on: growth above 1 + sqrt(2) is unstable in BDF2, less than a is still consistent."""
+"""Largest fraction a carried on: BDF2 is unstable for rho > 1 + sqrt(2), where a > 1; a smaller a is consistent too."""
 
 
 class Integration(Enum):
-    """Of order one with the stress of one increment, or of order two with the flow of the last one carried on."""
+    """First order, from this increment alone, or second order, with the flow of the last increment carried on."""
 
     BACKWARD_EULER = "backward Euler"
     BDF2 = "BDF2"
@@ -48,7 +48,7 @@ class Flow:
             object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
 
     def times(self, fraction: Floats) -> Flow:
-        """The ``fraction`` (e, q) of it."""
+        """The flow times ``fraction`` (e, q)."""
         return Flow(fraction[..., None] * self.strain, fraction * self.peeq)
 
 

@@ -23,7 +23,7 @@ from bipot.typing import Floats, make_floats
 _WHY = "(softening makes the energy of an increment non-convex)"
 
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
-"""By which a stress may fall."""
+"""Part of itself by which a stress may fall and still count as not falling."""
 
 
 @runtime_checkable
@@ -46,20 +46,20 @@ TRIED = (0.0, 1e-4, 1e-3, 1e-2, 0.1, 1.0)
 def require_hardening(curve: Hardening) -> None:
     """Raise :class:`SceneError` unless the stress is finite, positive and not falling, the slope finite and >= 0.
 
-    They are tried at the plastic strains :data:`TRIED`; each is an array of their shape.
+    Both are tried on the array of plastic strains :data:`TRIED`, and have to be arrays of its shape.
     """
     stress, slope = (_tried(curve, name) for name in ("yield_stress", "slope"))
     last = 0.0
     for k, p in enumerate(TRIED):
-        one, other = float(stress[k]), float(slope[k])
-        require(0 < one < math.inf, f"hardening.yield_stress({p})", one, "finite and > 0")
-        require(one >= last, f"hardening.yield_stress({p})", one, f"not falling {_WHY}")
-        require(0 <= other < math.inf, f"hardening.slope({p})", other, f"finite and >= 0 {_WHY}")
-        last = one * (1.0 - _ROUND_OFF)
+        sigma, H = float(stress[k]), float(slope[k])
+        require(0 < sigma < math.inf, f"hardening.yield_stress({p})", sigma, "finite and > 0")
+        require(sigma >= last, f"hardening.yield_stress({p})", sigma, f"not falling {_WHY}")
+        require(0 <= H < math.inf, f"hardening.slope({p})", H, f"finite and >= 0 {_WHY}")
+        last = sigma * (1.0 - _ROUND_OFF)
 
 
 def _tried(curve: Hardening, name: str) -> Floats:
-    """What the curve's function of that name gives at :data:`TRIED`."""
+    """The values of the curve's method ``name`` at :data:`TRIED`."""
     out = getattr(curve, name)(np.array(TRIED))
     fits = isinstance(out, np.ndarray) and out.shape == (len(TRIED),)
     require(fits, f"hardening.{name}", out, "an array of peeq's shape, as peeq is the array of all integration points")
@@ -86,7 +86,7 @@ def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]
 
 
 def _require_curve(peeq: Sequence[float], stress: Sequence[float], name: Callable[[int, int], str]) -> None:
-    """Strain rises from 0, stress does not fall from above 0; ``name(column, k)`` is what a value is called."""
+    """Strain rises from 0, stress is positive and does not fall; messages call a value ``name(column, k)``."""
     for k, (p, sigma) in enumerate(zip(peeq, stress, strict=True)):
         rising = math.isfinite(p) and (p > peeq[k - 1] if k else p == 0)
         require(rising, name(0, k), p, "finite, strictly increasing from 0")
@@ -229,7 +229,7 @@ class Tabulated:
 
     @cached_property
     def _knots(self) -> tuple[Floats, Floats, Floats]:
-        """Ends of the segments (the last one open), stresses at the points, slopes of the segments."""
+        """Ends of the segments (the last is endless), stresses at the points, slopes of the segments."""
         x, y = np.array(self.peeq), np.array(self.stress)
         return np.append(x, np.inf), y, np.append(np.diff(y) / np.diff(x), 0.0)
 

@@ -6,8 +6,8 @@ With g⁺ = max(g0, 0) and the threshold s = mu t_n frozen, (29) is, per contact
     Δb_t(du_t) = inf over v of          t_t0 · v + s |v| + K_t/2 |du_t - v|²,
 
 whose minimisers are the fictitious increments, max(du_n - t_n0/K_n, -g⁺) and du_t + (t_t - t_t0)/K_t. The potentials
-below carry *total* tractions: they are
-b = Δb - t_0 · du, the Moreau envelopes of the exact contact terms, so that their gradient is -t, not -Δt.
+below carry *total* tractions: they are b = Δb - t_0 · du, the Moreau envelopes of the exact contact terms, so that
+their gradient is -t, not -Δt.
 
 Where the printed equations need mending: (29) takes its first infimum over all v, which leaves t_n = 0 for
 every du; the constraint v >= -g⁺ is what makes contact push. (27) must read -du = -du_f + Δt/K, that is
@@ -67,6 +67,7 @@ def normal_traction(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: Array
 
 
 def _trial(du_t: Floats, t_t0: Floats, k_t: ArrayLike) -> Floats:
+    """t_t0 - K_t du_t, (…, d-1)."""
     return t_t0 - np.asarray(k_t, float)[..., None] * du_t
 
 

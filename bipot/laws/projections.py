@@ -45,7 +45,7 @@ class DiscSlope:
 
     @staticmethod
     def at(t: Floats, radius: Floats | float) -> DiscSlope:
-        """At t (…, d-1); a disc of radius 0 is a point, outside of which everything is, its centre too."""
+        """At t (…, d-1); all t, even 0, count as outside of a disc of radius 0."""
         length = norm(t)
         slides = (length > radius) | (np.asarray(radius) == 0)
         shrink = np.divide(radius, length, out=np.zeros(length.shape), where=slides & (length > 0))
@@ -54,9 +54,9 @@ class DiscSlope:
     @cached_property
     def by_point(self) -> Floats:
         """With respect to t, (…, d-1, d-1)."""
-        one, e = np.eye(self.direction.shape[-1]), self.direction
-        across = self.shrink[..., None, None] * (one - e[..., :, None] * e[..., None, :])
-        return np.where(self.slides[..., None, None], across, one)
+        identity, e = np.eye(self.direction.shape[-1]), self.direction
+        across = self.shrink[..., None, None] * (identity - e[..., :, None] * e[..., None, :])
+        return np.where(self.slides[..., None, None], across, identity)
 
     @property
     def by_radius(self) -> Floats:
@@ -89,7 +89,7 @@ def cone_slope(r: Floats, mu: Floats) -> Floats:
     """
     d, e = r.shape[1], unit(r[:, 1:])
     length = norm(r[:, 1:])
-    # The sign counts where mu = 0 and r_t = 0.
+    # The sign of r_n decides where mu = 0 and r_t = 0.
     inside = (length <= mu * r[:, 0]) & (r[:, 0] >= 0)
     polar = ~inside & (mu * length <= -r[:, 0])
     share = 1.0 / (1.0 + mu**2)

@@ -8,11 +8,11 @@ from typing import NamedTuple
 from bipot.errors import SceneError, require, require_path
 
 LARGEST = 2**22
-"""Bytes of a file that is read."""
+"""Most bytes of a file that is read."""
 
 
 class TwoColumns(NamedTuple):
-    """What a file holds: the numbers of the lines, from 1, and the numbers on them."""
+    """A file's two columns, and the number of each row's line, counted from 1."""
 
     lines: tuple[int, ...]
     first: tuple[float, ...]
@@ -35,10 +35,10 @@ def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None 
     rows: list[tuple[int, float, float]] = []
     begun = False
     for number, line in enumerate(_text(path).splitlines(), start=1):
-        told = line.partition("#")[0]
-        if not told.strip():
+        text = line.partition("#")[0]
+        if not text.strip():
             continue
-        cells = [cell.strip().strip('"') for cell in told.split(delimiter)]
+        cells = [cell.strip().strip('"') for cell in text.split(delimiter)]
         place = f"{path}, line {number}"
         require(len(cells) == 2, f"{place}: columns", len(cells), f"2: {' and '.join(names)}")
         header = not begun and all(_number(cell) is None for cell in cells)
@@ -72,7 +72,7 @@ def _required(cell: str, field: str) -> float:
 
 
 def _number(cell: str) -> float | None:
-    """The number, None where it is none; Python alone reads 1_000 as one."""
+    """The cell's number, or None; 1_000 is a number to Python alone, and refused."""
     try:
         return None if "_" in cell else float(cell)
     except ValueError:

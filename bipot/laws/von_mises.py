@@ -32,14 +32,13 @@ from bipot.tensors import (
 from bipot.typing import Bools, Floats, einsum, make_floats
 
 _MAX_ITERATIONS = 200
-"""Far above what Newton safeguarded by bisection takes."""
+"""Far above the iterations that Newton safeguarded by bisection takes."""
 
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
-"""Of a stress, or of a bracket of the plastic strain, relative to its size."""
+"""Relative round-off of a stress, or of a bracket of the plastic strain."""
 
 _ON_SURFACE = 16.0 * _ROUND_OFF
-"""How exactly a point that flowed is on the yield surface: within this it rests, so that round-off decides no flow."""
-
+"""How exactly a point that flowed is on the yield surface: within this nothing flows, so round-off decides no flow."""
 
 ON_YIELD = 1e-9
 """A stress this near the yield surface, relative to it, counts as on it for (10)."""
@@ -54,7 +53,7 @@ class TangentKind(Enum):
 
 @cache
 def _isotropic(volumetric: float, deviatoric: float, size: int) -> Floats:
-    """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s): asked for in every pass, so kept."""
+    """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s), read-only; kept, because every pass asks for it."""
     unit = identity(size)
     tensor = volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size)
     tensor.flags.writeable = False
@@ -128,7 +127,7 @@ def _plastic_multiplier(q: Floats, peeq: Floats, shear: float, hardening: Harden
     three_g = 3.0 * shear
     excess = q - hardening.yield_stress(peeq)
     dp = excess / (three_g + hardening.slope(peeq))
-    # A little wider than needed, for the root of perfect plasticity to lie strictly inside.
+    # A little wider than needed, so that the root of perfect plasticity lies strictly inside.
     low, high = 0.0, (1.0 + _ROUND_OFF) * excess / three_g
     for _ in range(_MAX_ITERATIONS):
         residual = q - three_g * dp - hardening.yield_stress(peeq + dp)
@@ -176,7 +175,7 @@ def radial_return(trial_stress: Floats, peeq: Floats, elasticity: Elasticity, ha
 def _moduli(bulk: float, deviatoric: Floats, factor: Floats, N: Floats) -> Floats:
     """bulk 1 ⊗ 1 + deviatoric I_dev - factor N ⊗ N (…, s, s), with deviatoric and factor (…), N (…, s)."""
     size = N.shape[-1]
-    # Of so few components a product by broadcasting takes longer.
+    # For so few components einsum is faster than a product by broadcasting.
     out = einsum("...i,...j->...ij", N, N)
     out *= -factor[..., None, None]
     out += np.multiply.outer(deviatoric, deviatoric_projector(size))
@@ -255,9 +254,9 @@ class VonMises:
 
 @dataclass(frozen=True)
 class RateVonMises(VonMises):
-    """sigma_n + C^ep : de (4), C^ep that of the start of the increment: the stress drifts off the yield surface.
+    """The seed paper's update (4), sigma_n + C^ep : de with C^ep at the start of the increment.
 
-    It is the seed paper's, whose stress is not returned.
+    Without a return map the stress drifts off the yield surface.
     """
 
     drifts: ClassVar[bool] = True

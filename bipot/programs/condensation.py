@@ -35,9 +35,9 @@ from bipot.typing import Floats, Ints
 SINGULAR = "the stiffness is singular: a part of the body moves without resistance"
 
 SMALLER = 0.5
-"""Entries of a Schur complement over those of the stiffness up to which condensation pays. A pass by interior points
-takes 0.4 of the time without condensation at a ratio of 0.1 (10 x 10 elements), the same at 0.3 to 0.5, 1.2 times as
-much at 1 and 4 times at 2."""
+"""Entries of a Schur complement over those of the stiffness up to which condensation pays. Condensed, a pass by
+interior points takes 0.4 of the time at a ratio of 0.1 (10 x 10 elements), the same at 0.3 to 0.5, 1.2 times as much
+at 1 and 4 times as much at 2."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Condensed:
     """A dense program on the contact unknowns ``kept`` and the way back.
 
     ``factor`` is that of K + diag(0, a) in the order of elimination ``order``, whose first ``inner`` unknowns have no
-    contact; ``shifted`` is S + a, and ``loaded`` the solution (n,), in that order, under f_i alone.
+    contact; ``shifted`` is S + a, and ``loaded`` the answer (n,) of the factored system, in that order, to f_i alone.
     """
 
     program: TangentProgram
@@ -123,7 +123,7 @@ class Split:
         )
 
     def factor(self, data: Floats) -> tuple[sla.SuperLU, float]:
-        """LU of K + diag(0, a) from the data of K, and a: the mean diagonal of K_cc, whose round-off S has anyway.
+        """LU of K + diag(0, a) from the data of K, and a: the mean of K_cc's diagonal, of which S has the round-off.
 
         Raises:
             ProgramError: K_ii is singular, or so nearly that a zero pivot would have to be avoided.
@@ -141,7 +141,7 @@ class Split:
 def _last_block(lu: sla.SuperLU, count: int) -> Floats:
     """L_cc U_cc of the last ``count`` unknowns, wherever SuperLU's postorder has placed them."""
     last = lu.perm_c[len(lu.perm_c) - count :]
-    # Behind them is a place for everything else.
+    # All other unknowns share one more number, whose row and column are dropped.
     number = np.full(len(lu.perm_c), count)
     number[last] = np.arange(count)
     return _dense(lu.L, number, count) @ _dense(lu.U, number, count)
@@ -222,10 +222,8 @@ def reduce(program: TangentProgram) -> Reduced:
         raise UnsuitedForm("the stiffness is singular: the contacts alone do not determine the motion")
     solved = np.linalg.solve(K, np.column_stack([program.f, G.T]))
     free, flexibility = np.asarray(solved[:, 0], dtype=np.float64), np.asarray(solved[:, 1:], dtype=np.float64)
-    mu = np.zeros(rows.count)
-    mu[rows.frictional] = rows.mu[rows.frictional]
-    problem = CoulombProblem(W=sp.csr_array(G @ flexibility), q=offset + G @ free, mu=mu, dim=1 + rows.tangents)
-    return Reduced(problem, free, flexibility)
+    W, q = sp.csr_array(G @ flexibility), offset + G @ free
+    return Reduced(CoulombProblem(W=W, q=q, mu=rows.rubbing, dim=1 + rows.tangents), free, flexibility)
 
 
 def _stacked(program: TangentProgram) -> tuple[Floats, Floats]:
@@ -235,7 +233,4 @@ def _stacked(program: TangentProgram) -> tuple[Floats, Floats]:
     G = np.zeros((rows.count, d, len(program.f)))
     G[:, 0] = rows.G_n.toarray()
     G[rows.frictional, 1:] = rows.G_t.toarray().reshape(-1, rows.tangents, len(program.f))
-    offset = np.zeros((rows.count, d))
-    offset[:, 0] = rows.gap
-    offset[rows.frictional, 1:] = rows.slip
-    return G.reshape(rows.count * d, -1), offset.ravel()
+    return G.reshape(rows.count * d, -1), rows.motion(np.zeros(len(program.f))).ravel()

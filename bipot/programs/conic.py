@@ -13,8 +13,8 @@ gap). The natural map of the same program has no such trouble once the right pie
     K dU - f - G' r = 0,   r_n = (r_n - rho gap)+,   r_t = projection of (r_t - rho slip) on the disc of radius s,
 
 with s frozen (or De Saxce's shift, :meth:`bipot.programs.pieces.Mapped.shifted_cone`), or s = mu (r_n)+ for exact
-Coulomb friction on the same quadratic model (then unsymmetric, and only a step of the fixed point on s: the result
-counts only if it is exact). :func:`polish` and :func:`couple` solve them by semismooth Newton
+Coulomb friction on the same quadratic model. They are then unsymmetric and minimise nothing, so that only an exact
+solution counts. :func:`polish` and :func:`couple` solve them by semismooth Newton
 (:func:`bipot.programs.newton.minimised`), from an interior-point answer or from any other.
 """
 
@@ -83,7 +83,7 @@ def padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
 
 
 def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats]:
-    """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
+    """The program's answer to round-off, by Newton from x (n,) and r (c, d); these if Newton does not improve them."""
     terms, scale = program.contact, _scale(program)
 
     def at(motion: Floats, r: Floats) -> Law:
@@ -107,5 +107,5 @@ def _model(program: TangentProgram) -> Model:
 
 
 def _scale(program: TangentProgram) -> Floats:
-    """What balances force against motion at each contact (c,): the mean stiffness, softened."""
+    """The law's scale of force against motion at each contact (c,): SOFTENED times the mean of K's diagonal."""
     return np.full(program.contact.rows.count, SOFTENED * float(program.K.diagonal().mean()))

@@ -205,19 +205,19 @@ class ContactRows:
 
     def limit(self, r: Floats) -> Floats:
         """Largest friction force min(mu r_n, cap) (c,) for forces r (c, d) of all these candidates; inf where tied."""
-        return np.where(self.tied, np.inf, limit(r[:, 0], self._loose, self.cap, force_threshold(r)))
+        return np.where(self.tied, np.inf, limit(r[:, 0], self._unwelded, self.cap, force_threshold(r)))
 
     def limit_slope(self, r: Floats) -> Floats:
-        """Its derivative (c,) by r_n."""
-        return limit_slope(r[:, 0], self._loose, self.cap)
+        """Derivative (c,) of :meth:`limit` by r_n."""
+        return limit_slope(r[:, 0], self._unwelded, self.cap)
 
     @cached_property
-    def _loose(self) -> Floats:
-        """The coefficients (c,), zero where a weld has not formed."""
+    def _unwelded(self) -> Floats:
+        """The coefficients (c,), zero of welds (mu = inf without a cap): before they form nothing rubs."""
         return np.where(np.isinf(self.mu) & np.isinf(self.cap), 0.0, self.mu)
 
     def threshold(self, r: Floats) -> Floats:
-        """s (f,) on the friction rows, that of :meth:`limit`, never negative; inf where tied."""
+        """Threshold s (f,) of the friction rows: :meth:`limit`, but never negative; inf where tied."""
         return np.maximum(self.limit(r)[self.frictional], 0.0)
 
     def shift(self, x: Floats) -> Floats:

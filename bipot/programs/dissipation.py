@@ -94,7 +94,7 @@ class DissipationProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0); without flow dU and slip bounds."""
-        m, variables, slips = self.model, Variables(), self.contact.threshold[self.contact.sliding]
+        m, variables, thresholds = self.model, Variables(), self.contact.threshold[self.contact.sliding]
         points, width = m.stress.shape
         weights = np.repeat(m.weight, width)
         variables.add(Block.DISPLACEMENT, len(self.force))
@@ -106,17 +106,18 @@ class DissipationProgram:
             diagonal = np.concatenate([2 * m.shear * weights, 2 / 3 * m.slope * m.weight])
             cost = np.concatenate([weights * m.stress.ravel(), ROOT * m.weight * m.threshold])
         else:
-            more, moved = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * m.shear, m.deviator_0.ravel())
-            stiffness, force = sp.csc_matrix(stiffness + more), force + moved
+            shear, slope = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * m.shear, m.deviator_0.ravel())
+            stiffness, force = sp.csc_matrix(stiffness + shear), force + slope
         if self.spring is not None:
             stiffness = sp.csc_matrix(stiffness + sp.diags(self.spring))
-        rows = self.contact.cone_rows(variables.size + len(slips), variables.add(Block.SLIP_BOUND, len(slips)))
+        bounds = variables.add(Block.SLIP_BOUND, len(thresholds))
+        rows = self.contact.cone_rows(variables.size, bounds)
         if m.flows:
             norms, elastic = (variables.blocks[name].start for name in (Block.PLASTIC_NORM, Block.ELASTIC_DEVIATOR))
             rows = (norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, variables.size, norms, minus=elastic), *rows)
         return ConicProgram(
-            P=_beside(stiffness, np.concatenate([diagonal, np.zeros(len(slips))])),
-            q=np.concatenate([force - self.force, cost, slips]),
+            P=_beside(stiffness, np.concatenate([diagonal, np.zeros(len(thresholds))])),
+            q=np.concatenate([force - self.force, cost, thresholds]),
             rows=rows,
             blocks=variables.blocks,
             statement=self.statement,
@@ -161,12 +162,8 @@ def _quadratic(
 
 def _beside(block: sp.csc_matrix, diagonal: Floats) -> sp.csc_matrix:
     """diag(block, diagonal)."""
-    n, more = len(block.indptr) - 1, np.arange(len(diagonal))
-    return sp.csc_matrix(
-        (
-            np.concatenate([block.data, diagonal]),
-            np.concatenate([block.indices, n + more]),
-            np.concatenate([block.indptr, block.nnz + 1 + more]),
-        ),
-        shape=(n + len(diagonal), n + len(diagonal)),
-    )
+    n, number = len(block.indptr) - 1, np.arange(len(diagonal))
+    data = np.concatenate([block.data, diagonal])
+    indices = np.concatenate([block.indices, n + number])
+    indptr = np.concatenate([block.indptr, block.nnz + 1 + number])
+    return sp.csc_matrix((data, indices, indptr), shape=(n + len(diagonal), n + len(diagonal)))

@@ -18,13 +18,12 @@ SYMMETRIC = {"SymmetricMode": True}
 """SuperLU's mode for a symmetric pattern, which prefers the diagonal pivots for which the order was made."""
 
 PIVOT = 1e-2
-"""The diagonal is the pivot unless it is this much smaller than its column, which preserves the ordering's fill."""
+"""Part of a column's largest entry above which the diagonal is the pivot, which preserves the ordering's fill."""
 
 RELAX = 4
 """Columns at the leaves that SuperLU merges: faster than its default on the small supernodes of a mesh."""
 
 SINGULAR = "the Newton matrix is singular: the body can move without resistance"
-
 
 ENTRIES, PERTURBED = 18, 14
 """Indices of Pardiso's number of entries in the factors, and of its number of replaced pivots."""
@@ -78,9 +77,9 @@ class SuperLU:
 
     def factorise(self, transpose: sp.csc_matrix, panel: int) -> SuperLUFactor:
         """See :class:`LinearSolver`."""
-        kept = {"diag_pivot_thresh": PIVOT, "relax": RELAX, "panel_size": panel, "options": SYMMETRIC}
+        settings = {"diag_pivot_thresh": PIVOT, "relax": RELAX, "panel_size": panel, "options": SYMMETRIC}
         try:
-            return SuperLUFactor(sla.splu(transpose, permc_spec="NATURAL", **kept))
+            return SuperLUFactor(sla.splu(transpose, permc_spec="NATURAL", **settings))
         except RuntimeError as singular:
             raise ProgramError(SINGULAR) from singular
 

@@ -28,8 +28,8 @@ SETTLED = 1e-10
 """Relative residual below which the rest is the accuracy of the programs, from which nothing is concluded."""
 
 LAGS, STRAIGHT = 0.4, 0.9
-"""A damped residual that falls by no more than LAGS lags. With steps in one direction (cosine above STRAIGHT) the
-damping holds it back and is dropped; otherwise Anderson mixing takes over."""
+"""A damped residual above LAGS times the last one lags. With steps in one direction (cosine above STRAIGHT) the damping
+holds it back and is dropped; otherwise Anderson mixing takes over."""
 
 LAST = 3
 """Number of ratios of residuals whose geometric mean is the reported contraction."""
@@ -77,9 +77,9 @@ ROUTES = {
 class Safeguard:
     """When the coupling leaves the plain step.
 
-    A residual above ``falls`` times the last one counts as not falling; ``patience`` passes without a residual below
-    ``falls`` times the least so far change the sequence (twice as many the next time). Anderson mixes ``depth`` steps,
-    damping halves the step down to ``least``. ``falls = inf`` is the plain fixed point, without a safeguard.
+    A residual above ``falls`` times the last one counts as not falling. ``patience`` passes without progress, a fall to
+    ``falls`` times the residual of the last progress, change the sequence (twice as many the next time). Anderson mixes
+    ``depth`` steps, damping halves the step down to ``least``. ``falls = inf`` is the plain, unsafeguarded fixed point.
     """
 
     first: Frozen = Frozen.THRESHOLD
@@ -122,8 +122,8 @@ def image(rows: ContactRows, r: Floats, x: Floats) -> Image:
 class Coupling:
     """The value (f,) that the next program freezes, and the memory of the safeguard.
 
-    ``residual`` is |G(x) - x| of the last pass over the larger of |G(x)| and |x|, ``best`` the least of this sequence,
-    ``waited`` the passes since. Without ``second`` the sequence stays the first.
+    ``residual`` is |G(x) - x| of the last pass over the larger of |G(x)| and |x|, ``best`` that of the last progress in
+    this sequence, ``waited`` the passes since. Without ``second`` only the threshold is ever frozen.
     """
 
     rule: Safeguard
@@ -212,7 +212,7 @@ class Coupling:
 
 
 def _cosine(a: Floats, b: Floats) -> float:
-    """That between two steps, 0 if one vanishes."""
+    """Cosine of the angle between two steps, 0 if one vanishes."""
     size = float(np.linalg.norm(a) * np.linalg.norm(b))
     return float(a @ b) / size if size > 0 else 0.0
 
@@ -222,5 +222,5 @@ def _finite(value: Floats) -> Floats:
 
 
 def _mean(ratios: tuple[float, ...]) -> float:
-    """Geometric mean, NaN of none."""
+    """Geometric mean, NaN if there are no ratios."""
     return float(np.exp(np.mean(np.log(np.maximum(ratios, np.finfo(float).tiny))))) if ratios else float("nan")

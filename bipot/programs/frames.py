@@ -35,8 +35,8 @@ class Frames:
     """The place of c contacts in a ``pattern``: own unknowns (c, d), frames T (c, d, d), duals T^-T, and rows.
 
     A contact with fewer than d unknowns of its own is padded with ghosts, numbered n; one of the ``border`` has only
-    ghosts. ``entries`` (d, m) are the places of the own rows' entries in the data, contact by contact, ``column`` (m,)
-    their unknown, ``owner`` (m,) the contact; ``corner`` (c, d, d) the places of the entries (own, own).
+    ghosts. ``entries`` (d, m) are the places in the data of K's entries in the own rows, contact by contact, ``column``
+    (m,) their unknown, ``owner`` (m,) the contact; ``corner`` (c, d, d) the places of the entries (own, own).
     """
 
     pattern: Pattern
@@ -68,7 +68,7 @@ class Frames:
         return replace(self, T=T, dual=_dual(T), border=border)
 
     def largest(self, stiffness: Floats) -> Floats:
-        """The largest (c,) of a ``stiffness`` (n + 1,), the last one zero, on each contact's unknowns."""
+        """The largest (c,) of a ``stiffness`` (n + 1,), whose last entry is zero, on each contact's unknowns."""
         out = stiffness[self.own].max(axis=1)
         if self.border is not None:
             touched = self.border.touched
@@ -93,10 +93,10 @@ class Touched:
     def of(rows: ContactRows) -> Touched:
         """The pairs of all rows."""
         width = 1 + rows.tangents
-        lengths = np.diff(rows.G_n.indptr), np.diff(rows.G_t.indptr)
-        tangent = np.tile(np.arange(1, width), len(rows.frictional)).repeat(lengths[1])
-        lifted = rows.frictional.repeat(rows.tangents).repeat(lengths[1])
-        contact = np.concatenate([np.repeat(np.arange(rows.count), lengths[0]), lifted])
+        tangent_lengths = np.diff(rows.G_t.indptr)
+        tangent = np.tile(np.arange(1, width), len(rows.frictional)).repeat(tangent_lengths)
+        rubbing = rows.frictional.repeat(rows.tangents).repeat(tangent_lengths)
+        contact = np.concatenate([np.repeat(np.arange(rows.count), np.diff(rows.G_n.indptr)), rubbing])
         axis = np.concatenate([np.zeros(rows.G_n.nnz, dtype=np.intp), tangent])
         dof = np.concatenate([rows.G_n.indices, rows.G_t.indices])
         pairs, inverse = np.unique(contact * rows.size + dof, return_inverse=True)
@@ -105,23 +105,23 @@ class Touched:
         return Touched(rows.count, *np.divmod(pairs, rows.size), column)
 
     def alone(self, n: int) -> Bools:
-        """Contacts (c,) with at most d unknowns, none of which another one touches."""
+        """Contacts (c,) with at most d unknowns, none of which another contact touches."""
         shared = np.bincount(self.contact, np.bincount(self.dof, minlength=n)[self.dof] > 1, self.count)
         return (shared == 0) & (np.bincount(self.contact, minlength=self.count) <= self.column.shape[1])
 
     def frames(self, chosen: Bools, n: int) -> tuple[Ints, Floats, Bools]:
-        """Unknowns (c, d) of the ``chosen`` contacts (c,), padded with n, G on them (c, d, d), and whose G is a basis.
+        """Own unknowns (c, d) of ``chosen`` contacts (c,), padded with n, frames T (c, d, d), and who owns any (c,).
 
-        Rows that do not exist (no friction, held tangents, ghosts) are completed to one. Contacts that have none get n
-        and the identity.
+        T is G on these unknowns, where rows that do not exist (no friction, held tangents, ghosts) complete it to a
+        basis. Contacts that are not chosen, or whose G gives no basis, own nothing and get n and the identity.
         """
-        width, mine = self.column.shape[1], chosen[self.contact]
-        contact = self.contact[mine]
-        local = (np.arange(len(self.contact)) - np.searchsorted(self.contact, self.contact))[mine]
+        width, pairs = self.column.shape[1], chosen[self.contact]
+        contact = self.contact[pairs]
+        local = (np.arange(len(self.contact)) - np.searchsorted(self.contact, self.contact))[pairs]
         own = np.full((self.count, width), n, dtype=np.intp)
-        own[contact, local] = self.dof[mine]
+        own[contact, local] = self.dof[pairs]
         T = np.zeros((self.count, width, width))
-        T[contact, :, local] = self.column[mine]
+        T[contact, :, local] = self.column[pairs]
         T = _completed(T)
         volume = np.abs(np.linalg.det(T / np.linalg.norm(T, axis=2, keepdims=True)))
         owns = chosen & (volume > DEPENDENT)
@@ -130,8 +130,8 @@ class Touched:
 
     def take(self, chosen: Bools) -> Touched:
         """The pairs of the chosen contacts (c,)."""
-        mine = chosen[self.contact]
-        return Touched(self.count, self.contact[mine], self.dof[mine], self.column[mine])
+        pairs = chosen[self.contact]
+        return Touched(self.count, self.contact[pairs], self.dof[pairs], self.column[pairs])
 
 
 @dataclass(frozen=True)
@@ -155,17 +155,17 @@ class Border:
         force = n + np.arange(len(contact) * width).reshape(-1, width)
         inner_row = inner.order[np.repeat(np.arange(n), np.diff(inner.indptr))]
         pair, beside = np.repeat(touched.dof, width), force[number].ravel()
-        of_law = np.repeat(force, width, axis=1).ravel(), np.tile(force, width).ravel()
-        row = np.concatenate([inner_row, pair, beside, of_law[0]])
-        column = np.concatenate([inner.order[inner.indices], beside, pair, of_law[1]])
+        law_row, law_column = np.repeat(force, width, axis=1).ravel(), np.tile(force, width).ravel()
+        row = np.concatenate([inner_row, pair, beside, law_row])
+        column = np.concatenate([inner.order[inner.indices], beside, pair, law_column])
         # A force follows the last unknown on which it acts: it then has a pivot and hardly any fill.
-        when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
-        lone = np.concatenate([np.diff(inner.indptr) == 1, np.zeros(force.size, dtype=bool)])
-        lone[:n] = lone[:n][np.argsort(inner.order)]
-        lone[n - inner.placeless : n] = True
-        np.maximum.at(when, beside, np.where(lone[pair], -1, when[pair]) + 0.5)
+        inner_rank = np.argsort(inner.order)
+        when = np.concatenate([inner_rank, np.full(force.size, -1)]).astype(np.float64)
+        untouched = np.concatenate([(np.diff(inner.indptr) == 1)[inner_rank], np.zeros(force.size, dtype=bool)])
+        untouched[n - inner.placeless : n] = True
+        np.maximum.at(when, beside, np.where(untouched[pair], -1, when[pair]) + 0.5)
         # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
-        when[lone] = np.inf
+        when[untouched] = np.inf
         rank = np.argsort(np.argsort(when, kind="stable"))
         return Border(contact, touched, number, replace(Pattern.ranked(row, column, rank), panel=inner.panel))
 
@@ -173,31 +173,32 @@ class Border:
         """Factors with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
         G, unit = self.touched.column, law.scale[self.contact] / SOFTENED
         by_motion, by_force = law.by_motion[self.contact], law.by_force[self.contact]
-        # With a compliance where the law does not depend on the force.
+        # A compliance where the law does not depend on the force.
         by_force = (by_force + YIELDING * np.eye(by_force.shape[1]) * (by_force == 0)) * unit[:, None, None]
         acting, moved = -unit[self.number, None] * G, times(by_motion[self.number], G)
-        beside = [data, acting.ravel(), moved.ravel(), by_force.ravel()]
-        return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1], solver)
+        entries = np.concatenate([data, acting.ravel(), moved.ravel(), by_force.ravel()])
+        return self.pattern.factorise(self.pattern.by_row(entries)[:-1], solver)
 
     def solve(self, factor: Factor, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
-        """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r.
+        """dx (n,) and the new forces (b, d) from the right-hand side b (n,) of K, and ``miss`` and r (c, d) of the law.
 
         The unknowns are changes of the forces: where little moves these are small, and so is their round-off in dx.
         """
-        mine, touched = self.contact, self.touched
+        contact, touched = self.contact, self.touched
         acting = np.vecdot(touched.column, r[touched.contact])
         b = b + np.bincount(touched.dof, acting, minlength=len(b))
-        found = self.pattern.solve(factor, np.concatenate([b, -miss[mine].ravel()]))
-        change = found[len(b) :].reshape(len(mine), -1) * (law.scale[mine, None] / SOFTENED)
-        return found[: len(b)], r[mine] + change
+        found = self.pattern.solve(factor, np.concatenate([b, -miss[contact].ravel()]))
+        change = found[len(b) :].reshape(len(contact), -1) * (law.scale[contact, None] / SOFTENED)
+        return found[: len(b)], r[contact] + change
 
 
 def _completed(T: Floats) -> Floats:
     """Frames T (c, d, d) with unit vectors at a right angle to all others in the place of rows that are zero."""
-    none = ~np.any(T != 0, axis=2)
-    number = T.shape[1] - none.sum(axis=1, keepdims=True) + np.cumsum(none, axis=1) - 1
-    across = np.take_along_axis(np.linalg.svd(T)[2], np.where(none, number, 0)[..., None], axis=1)
-    return np.where(none[..., None], across, T)
+    missing = ~np.any(T != 0, axis=2)
+    # The last right singular vectors span what the rows do not.
+    number = T.shape[1] - missing.sum(axis=1, keepdims=True) + np.cumsum(missing, axis=1) - 1
+    across = np.take_along_axis(np.linalg.svd(T)[2], np.where(missing, number, 0)[..., None], axis=1)
+    return np.where(missing[..., None], across, T)
 
 
 def _dual(T: Floats) -> Floats:
@@ -208,12 +209,11 @@ def _dual(T: Floats) -> Floats:
 def _alike(touched: Touched, pattern: Pattern) -> Bools:
     """Contacts (c,) whose unknowns all have the same neighbours in the pattern."""
     at = np.argsort(pattern.order)[touched.dof]
-    neighbours = {k: pattern.indices[pattern.indptr[k] : pattern.indptr[k + 1]].tobytes() for k in at.tolist()}
-    out = np.ones(touched.count, dtype=bool)
     first = at[np.searchsorted(touched.contact, touched.contact)]
-    out[touched.contact[[neighbours[a] != neighbours[b] for a, b in zip(at.tolist(), first.tolist(), strict=True)]]] = (
-        False
-    )
+    neighbours = {k: pattern.indices[pattern.indptr[k] : pattern.indptr[k + 1]].tobytes() for k in at.tolist()}
+    differ = [neighbours[a] != neighbours[b] for a, b in zip(at.tolist(), first.tolist(), strict=True)]
+    out = np.ones(touched.count, dtype=bool)
+    out[touched.contact[differ]] = False
     return out
 
 
@@ -229,8 +229,7 @@ def _places(own: Ints, pattern: Pattern) -> tuple[Ints, Ints, Ints, Ints]:
     within = np.arange(len(owner)) - np.repeat(np.cumsum(length) - length, length)
     entries = np.where((own < n)[owner], starts[position][owner] + within[:, None], nnz).T
     column = np.append(pattern.indices, n)[entries[0]]
-    matches = column[:, None] == position[owner]
     corner = np.full((len(own), own.shape[1], own.shape[1]), nnz)
-    at, axis = np.nonzero(matches)
+    at, axis = np.nonzero(column[:, None] == position[owner])
     corner[owner[at], :, axis] = entries[:, at].T
     return entries, pattern.order[column], owner, corner

@@ -40,15 +40,15 @@ FARKAS = 1e-6
 """Work by which a mechanism may penetrate tools, over the load's gain or its dissipation."""
 
 BALANCED = 1e-6
-"""Gain of a load, over the work of its parts on the largest motion, up to which no collapse is claimed: round-off where
-they balance each other, more where they do so in a shape that equilibrium, asked for to 1e-7, has found."""
+"""Gain of a load, over the work of its parts on the largest motion, up to which no collapse is claimed: where the parts
+balance each other it is round-off, or more in a shape that was found with equilibrium to 1e-7."""
 
 KEPT = 1e-9
-"""Work by which it may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent, as in
-curved elements that lock, a solver may leave 3e-7 and a limit load 1.5 % too low."""
+"""Work by which a mechanism may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent,
+as in curved elements that lock, a solver may leave 3e-7 and a limit load 1.5 % too low."""
 
 SAME = 1e-6
-"""Change of dissipation, over it, by which a correction of the volume leaves the least as it is."""
+"""Relative change of the dissipation up to which a mechanism with its volume corrected is still the least."""
 
 SOFT = 1e-12
 CORRECTIONS = 3
@@ -63,7 +63,7 @@ UNMOVED = (
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A motion v (n,) by which a load gains one, with its judgement: everything over that gain.
+    """A motion v (n,) on which a load gains one, with its judgement: works and v itself are divided by the gain.
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` the plastic dissipation, and
     ``overtaken`` the work of all loads together on the largest closure of a contact, or lack of dilatant opening.
@@ -91,15 +91,15 @@ class Mechanism:
 
     @property
     def admissible(self) -> bool:
-        """Whether only plastic flow resists it."""
-        of = max(self.carried, 1.0)
-        return self.volume <= KEPT * of and self.overtaken <= FARKAS * of
+        """Whether only plastic flow resists the motion."""
+        scale = max(self.carried, 1.0)
+        return self.volume <= KEPT * scale and self.overtaken <= FARKAS * scale
 
     @property
     def holds(self) -> bool:
-        """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains.
+        """Whether the motion proves that the load is above the limit: admissible, with less dissipation than gain.
 
-        A gain that is lost in what the load's parts do to each other is none: a load as near as that is in balance.
+        A gain that is only what is left of the load's parts when they cancel does not count: the load is in balance.
         """
         return self.admissible and self.carried < 1 and self.share > BALANCED
 
@@ -131,19 +131,11 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
     gain = np.where(np.abs(gain) > BALANCED * most, gain, 0.0)
     if not gain.any():
         raise InfeasibleProgram(UNMOVED)
-    variables, free, size = Variables(), np.zeros(len(rows.frictional)), rigid.shape[1]
+    variables, size = Variables(), rigid.shape[1]
     variables.add(Block.DISPLACEMENT, size)
-    G_n, G_t = (sp.csr_matrix(G @ rigid) for G in (rows.G_n, rows.G_t))
-    terms = ContactTerms(_still(replace(rows, G_n=G_n, G_t=G_t)), free, free)
-    program = ConicProgram(
-        P=sp.csc_matrix((size, size)),
-        q=np.zeros(size),
-        rows=(
-            Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1)),
-            *terms.cone_rows(size, size),
-        ),
-        blocks=variables.blocks,
-    )
+    gained = Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1))
+    cones = (gained, *_dilatant(_combined(rows, rigid)).cone_rows(size, size))
+    program = ConicProgram(P=sp.csc_matrix((size, size)), q=np.zeros(size), rows=cones, blocks=variables.blocks)
     answer, _ = solver.solve(program, accuracy)
     v = rigid @ answer.block(Block.DISPLACEMENT)
     v /= float(force @ v)
@@ -171,8 +163,9 @@ class LimitProgram:
     def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
         """The motion found, with its judgement.
 
-        If the rows of volume defeat the interior points, bases of the motions that preserve it are used instead: the
-        nearest such motion proves a bound, but where it costs more or less than what was found, that is not the least.
+        An answer that changes the volume is replaced by the nearest motion that preserves it. This proves a bound, but
+        not the least one if its dissipation differs. Then, or if the interior points fail on the rows of volume,
+        bases of the motions that preserve it are tried as well.
 
         Raises:
             InfeasibleProgram: no motion that the load drives keeps the volume.
@@ -197,7 +190,7 @@ class LimitProgram:
     def _spanned(self, bases: list[Floats], solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
         """The first admissible mechanism of ever smaller ``bases`` (n, k), or else that of the first.
 
-        That rows which depend on others by round-off alone leave no motion is no proof that there is none.
+        One without an answer proves nothing: rows that depend on others but for round-off may leave it no motion.
         """
         first, *smaller = bases
         found = self.judged(first @ self.within(first).motion(solver, accuracy))
@@ -210,12 +203,10 @@ class LimitProgram:
         return found
 
     def within(self, basis: Floats) -> LimitProgram:
-        """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
-        m, rows = self.model, self.rows
-        volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (m.volumetric[:0], m.deviatoric))
-        G_n, G_t = (sp.csr_matrix(G @ basis) for G in (rows.G_n, rows.G_t))
-        model = replace(m, volumetric=volumetric, deviatoric=deviatoric)
-        return LimitProgram(model, basis.T @ self.force, replace(rows, G_n=G_n, G_t=G_t))
+        """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume, without its rows."""
+        volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (self.model.volumetric[:0], self.model.deviatoric))
+        model = replace(self.model, volumetric=volumetric, deviatoric=deviatoric)
+        return LimitProgram(model, basis.T @ self.force, _combined(self.rows, basis))
 
     def motion(self, solver: ConicSolver, accuracy: Accuracy) -> Floats:
         """The answer (n,) to the sparse program as it stands.
@@ -254,7 +245,7 @@ class LimitProgram:
 
     @property
     def _volumes(self) -> sp.csr_matrix:
-        """Rows that say all changes of volume."""
+        """Rows that vanish where every change of volume does."""
         return self.model.volumetric if self.volumes is None else self.volumes
 
     def conic(self) -> ConicProgram:
@@ -264,7 +255,6 @@ class LimitProgram:
         variables.add(Block.DISPLACEMENT, len(self.force))
         norms = variables.add(Block.PLASTIC_NORM, points)
         gain = np.append(self.force, np.zeros(points))
-        free = np.zeros(len(self.rows.frictional))
         volume = widened(self._volumes, variables.size)
         return ConicProgram(
             P=sp.csc_matrix((variables.size, variables.size)),
@@ -273,7 +263,7 @@ class LimitProgram:
                 Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain), -np.ones(1)),
                 Rows(Term.VOLUME, Cone.ZERO, volume, np.zeros(len(volume.indptr) - 1)),
                 norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), variables.size, norms),
-                *ContactTerms(_still(self.rows), free, free).cone_rows(variables.size, variables.size),
+                *_dilatant(self.rows).cone_rows(variables.size, variables.size),
             ),
             blocks=variables.blocks,
         )
@@ -282,8 +272,8 @@ class LimitProgram:
 def isochoric(volumes: sp.csr_matrix) -> list[Floats]:
     """Orthonormal motions (n, k) for which the rows ``volumes`` (m, n) are zero; none if there are too many unknowns.
 
-    Where elements lock the rows are dependent, and as equalities they would stall interior points. How nearly is not
-    known: the bases are ever smaller, as ever more rows count as independent.
+    Where elements lock the rows are dependent, and as equalities they would stall interior points. How nearly they are
+    is not known: the bases are ever smaller, as ever more rows count as independent.
     """
     if volumes.get_shape()[1] > DENSE:
         return []
@@ -291,6 +281,17 @@ def isochoric(volumes: sp.csr_matrix) -> list[Floats]:
     Q, size = factors[0], np.abs(np.diagonal(factors[1]))
     ranks = dict.fromkeys(int((size > part * size[0]).sum()) for part in DEPENDENT)
     return [Q[:, rank:] for rank in ranks]
+
+
+def _combined(rows: ContactRows, motions: Floats) -> ContactRows:
+    """The rows for coefficients (k,) of ``motions`` (n, k)."""
+    return replace(rows, G_n=sp.csr_matrix(rows.G_n @ motions), G_t=sp.csr_matrix(rows.G_t @ motions))
+
+
+def _dilatant(rows: ContactRows) -> ContactTerms:
+    """G_n v >= mu |G_t v| at all contacts, and no motion of ties."""
+    zeros = np.zeros(len(rows.frictional))
+    return ContactTerms(_still(rows), threshold=zeros, shift=zeros)
 
 
 def _still(rows: ContactRows) -> ContactRows:

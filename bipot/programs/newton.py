@@ -38,8 +38,8 @@ EXACT = 1e-10
 """Error of :class:`Best` at which the iteration ends as soon as a step no longer lessens it."""
 
 TURN, FALL = 0.005, 0.1
-"""In space slips turn from step to step. By less than this angle they are those of the last factor while a step with it
-leaves so much of the error at most, and once the error is EXACT: a step takes a tenth of the time of a factor.
+"""In space slips turn from step to step. The last factor serves for turns below the angle TURN while a step with it
+leaves at most FALL of the error, and once the error is EXACT: such a step takes a tenth of the time of a factorisation.
 """
 
 RUNAWAY = 1e100
@@ -64,10 +64,10 @@ class Linearised(Generic[L]):
         """
         data[-1] = 0.0
         product = data[frames.entries]
-        back = frames.T.transpose(0, 2, 1)
-        W = (back @ pieces.by_force @ frames.dual)[frames.owner]
+        transposed = frames.T.transpose(0, 2, 1)
+        W = (transposed @ pieces.by_force @ frames.dual)[frames.owner]
         data[frames.entries] = einsum("mij,jm->im", W, product)
-        data[frames.corner] += back @ pieces.by_motion @ frames.T
+        data[frames.corner] += transposed @ pieces.by_motion @ frames.T
         border = frames.border
         if border is None:
             factor = frames.pattern.factorise(data[:-1], solver)
@@ -103,7 +103,7 @@ class Model(NamedTuple):
 
 
 class Best(NamedTuple):
-    """The iterate x (n,), r (c, d) of least ``error``, its residual over the largest force, after so many factors."""
+    """The iterate x (n,), r (c, d) of least ``error`` (residual over the largest force), and the factors it took."""
 
     x: Floats
     r: Floats
@@ -134,8 +134,8 @@ def minimised(
         law, scale = at(motion, r), max(scale, max_abs(r))
         balance, miss = max_abs(residual - rows.forces(r)), law.value(motion, r)
         error = max(balance, max_abs(miss)) / scale
-        # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
-        # an open contact of a body without force must carry exactly none.
+        # Where the error is round-off and no longer falls, another step would only add noise. Until then steps are
+        # worth taking: an open contact of a body without force must carry exactly none.
         if best.error <= EXACT and error >= best.error:
             break
         if error < best.error:
@@ -150,7 +150,6 @@ def minimised(
         dx, r = last.step(residual, miss, r)
         if not max(max_abs(dx), max_abs(r)) <= RUNAWAY:
             break
-        # Where there is no force, what is left of it is the round-off of its row.
-        before = error
-        x, r = x + dx, np.where(last.pieces.none, 0.0, r)
+        # A force that the law says is zero has the round-off of its row left.
+        x, r, before = x + dx, np.where(last.pieces.none, 0.0, r), error
     return best._replace(factors=factors)

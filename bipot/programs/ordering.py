@@ -49,15 +49,16 @@ def dissection(indices: NDArray[np.integer], indptr: NDArray[np.integer], places
     n = len(indptr) - 1
     graph = sp.csr_matrix((np.ones(len(indices), dtype=np.int8), indices, indptr), shape=(n, n))
     placed = np.isfinite(places).all(axis=1)
+    # Parts still to be ordered, and whether each is a separator, which is not divided.
     parts, order = [(np.flatnonzero(placed), False)], [np.flatnonzero(~placed)]
     # From the end of the order: a separator before the halves it separates.
     while parts:
-        part, whole = parts.pop()
+        part, separates = parts.pop()
         x = places[part]
         along = x[:, np.argmax(np.ptp(x, axis=0))] if len(part) else np.empty(0)
-        lower = along < np.median(along) if len(part) > LEAF and not whole else np.zeros(len(part), dtype=bool)
+        lower = along < np.median(along) if len(part) > LEAF and not separates else np.zeros(len(part), dtype=bool)
         if not lower.any():
-            order.append(part if whole else part[_least_filling(graph, part)])
+            order.append(part if separates else part[_least_filling(graph, part)])
             continue
         reached = np.zeros(n, dtype=bool)
         reached[graph[part[lower]].indices] = True
@@ -104,10 +105,10 @@ class Pattern:
 
     @staticmethod
     def ranked(row: NDArray[np.integer], column: NDArray[np.integer], rank: Ints) -> Pattern:
-        """Of entries (nnz,) each once, with the ``rank`` (n,) of the unknowns in the order of elimination."""
+        """The pattern of entries (nnz,), each given once; ``rank`` (n,) is the place of each unknown in the order."""
         n = len(rank)
         row, column = rank[row], rank[column]
-        # Each entry is there once, so that any sort of their numbers by row is this one, and a fast one does.
+        # No two entries have the same number, so that the sort need not be stable.
         by_row = np.argsort(row.astype(np.int64) * n + column)
         place = np.empty(len(by_row), dtype=np.intp)
         place[by_row] = np.arange(len(by_row))
@@ -120,21 +121,21 @@ class Pattern:
         return len(self.order)
 
     def by_row(self, data: Floats) -> Floats:
-        """Row-wise data (nnz + 1,), the last for what has no place, from those of the CSC pattern it was made from."""
+        """Row-wise data (nnz + 1,), the last zero and for what has no place, from data of the original CSC pattern."""
         out = np.zeros(len(self.place) + 1)
         out[self.place] = data
         return out
 
     def factorise(self, data: Floats, solver: LinearSolver = DEFAULT) -> Factor:
-        """Factors of the row-wise ``data`` (nnz,); raises ProgramError when it is singular."""
-        # Its index arrays are checked once, not at every factorisation.
+        """Factors of the matrix with row-wise ``data`` (nnz,); raises ProgramError when it is singular."""
+        # SciPy checks the index arrays of _transpose once, not at every factorisation.
         transpose = copy(self._transpose)
         transpose.data = data
         return solver.factorise(transpose, self.panel)
 
     @cached_property
     def _transpose(self) -> sp.csc_matrix:
-        """The transpose's pattern with data of no meaning, its indices known to be in order and each there once."""
+        """The transpose's pattern with meaningless data; SciPy knows that its indices are sorted and none is double."""
         data = np.ones(len(self.indices))
         found = sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
         found.sum_duplicates()

@@ -157,12 +157,12 @@ class PenaltyProgram:
         q = B.T @ (k * w - t_0)
         q[:gaps] -= self.f
         q[bounds:] = terms.threshold
-        one = sp.csr_matrix(sp.eye_array(variables.size))
+        identity = sp.csr_matrix(sp.eye_array(variables.size))
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
         room = np.maximum(terms.start_gap, 0.0)
         rows = (
-            Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, one[gaps:slips], room),
-            Rows(Term.FRICTION, Cone.SECOND_ORDER, one[order.ravel()], np.zeros(order.size), width + 1),
+            Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, identity[gaps:slips], room),
+            Rows(Term.FRICTION, Cone.SECOND_ORDER, identity[order.ravel()], np.zeros(order.size), width + 1),
         )
         return ConicProgram(P, q, rows, variables.blocks)
 
@@ -197,7 +197,7 @@ class PenaltyProgram:
         return Stated(problem, {Block.DISPLACEMENT: dU}, {Term.FICTITIOUS: closed})
 
     def condensed(self) -> tuple[PenaltyProgram, Condensed]:
-        """The same program on the unknowns its contact rows touch, and the way back."""
+        """The same program on the unknowns that its contact rows touch, and the way back to all."""
         small = condense(TangentProgram(self.K, self.f, ContactTerms(self.contact.rows, self.contact.threshold)))
         terms = replace(self.contact, rows=small.program.contact.rows)
         return PenaltyProgram(small.program.K, small.program.f, terms), small

@@ -32,13 +32,13 @@ from bipot.typing import Floats, max_abs
 
 STEPS = 40
 SEARCHES = 100
-"""Whole steps before the line search takes over, and the most that this takes."""
+"""Whole steps before the line search takes over, and the most steps of the line search."""
 
 SOLVED, EXACT = 1e-9, 1e-13
 """Residuals over the largest force: claimed solved below, ended at once below."""
 
 PATIENCE = 3
-"""Steps that do not halve the residual after which the search ends, where the residual is not yet SOLVED."""
+"""Steps in a row that do not halve the least residual, after which the search ends; one is enough below SOLVED."""
 
 FLATTER, BISECTIONS = 0.1, 100
 """Slope along a step, over that at its start, at which a line search ends, and the most halvings of its bracket."""
@@ -68,7 +68,6 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
     """Minimise from ``start`` (n,) until the conditions in x and r stop falling at round-off.
 
     Where the residual in x alone is then above 1e-9 of the largest force, the line search goes on from there.
-
     ``frames`` are those of the contacts, where they are known.
 
     Raises:
@@ -106,7 +105,7 @@ class _Best:
     iterations: int = 0
 
     def settles(self, program: PenaltyProgram, x: Floats) -> bool:
-        """Take ``x`` in if it is better; whether there is nothing left to gain."""
+        """Keep ``x`` if its residual is the least; returns whether there is nothing left to gain."""
         error = float(np.abs(program.gradient(x)).max() / program.largest(x))
         self.waited = self.waited + 1 if error >= self.error / 2 else 0
         if error < self.error:
@@ -116,7 +115,7 @@ class _Best:
 
 
 def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:
-    """r (c, d) of the law at x or of the start, whichever is nearer to equilibrium."""
+    """Forces r (c, d) nearer to equilibrium at x: those of the law there, or t_0 brought within the threshold."""
     terms = program.contact
     f = terms.rows.frictional
     carried = np.maximum(terms.t_0[:, :1], 0.0) * np.eye(1, terms.t_0.shape[1])

@@ -2,7 +2,7 @@ r"""Coulomb's law with contact by its smooth pieces, as semismooth Newton needs 
 
 Per contact, with a scale > 0 that balances force against motion and y_t = r_t - scale slip:
 
-    closed  where r_n - scale gap > 0:    scale gap = 0,    else r = 0,
+    closed  where r_n - scale gap >= 0:   scale gap = 0,    else r = 0,
     slides  where |y_t| > mu r_n:         r_t = mu r_n y_t / |y_t|,    else scale slip = 0;    tied points always stick.
 
 Where friction is capped, min(mu r_n, cap) stands for mu r_n: a fixed radius where the cap is the smaller.
@@ -28,7 +28,7 @@ ALIKE = 1e-9
 
 @dataclass(frozen=True)
 class Deadband:
-    """How far contacts may stray from their pieces before those change: pull (force) and gap (length), (c,) or one.
+    """How far contacts may stray before their pieces change: pull (force) and gap (length), (c,) or one number.
 
     The axis node of a quadratic mesh carries no consistent share of the pressure: r_n and gap both vanish there up to
     round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it harms nothing.
@@ -44,7 +44,7 @@ class Pieces:
 
     The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold or a cap in the place of the
     former. ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0. Motions
-    change by ``measured`` (c, d, d) times what the rows say, or by that where it is None.
+    change by ``measured`` (c, d, d) times the change G dU of the rows; None stands for the identity.
     """
 
     closed: Bools
@@ -64,11 +64,11 @@ class Pieces:
         before: Pieces | None = None,
         threshold: Floats | None = None,
     ) -> Pieces:
-        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to.
+        """The pieces at motion and forces (c, d); those ``before`` stay within the dead band.
 
         ``threshold`` (f,) is that of the friction rows where it is frozen.
         """
-        # What touches without a force may press: Newton's matrix is then regular where only contacts hold the body.
+        # What touches without a force is closed: Newton's matrix is then regular where only contacts hold the body.
         closed = r[:, 0] - scale * motion[:, 0] >= 0
         if before is not None:
             held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
@@ -82,16 +82,16 @@ class Pieces:
         elif rows.capped:
             mu, fixed = _capped(rows, r[:, 0], closed & (r[:, 0] - scale * motion[:, 0] > 0))
         y = r[:, 1:] - scale[:, None] * motion[:, 1:]
-        length, drag = norm(y), np.where(closed, mu * r[:, 0], 0.0) + fixed
+        length, radius = norm(y), np.where(closed, mu * r[:, 0], 0.0) + fixed
         rubs = (closed & (mu > 0)) | (fixed > 0)
-        slides = ~(rows.tied & rows.rubs) & (~rubs | rows.dragged | (length > np.maximum(drag, 0.0)))
+        slides = ~(rows.tied & rows.rubs) & (~rubs | rows.dragged | (length > np.maximum(radius, 0.0)))
         safe = np.where(length > 0, length, 1.0)
-        # What is dragged slides from inside of the disc too, whose projection is then not to stretch.
-        shrink = np.where(rows.dragged, np.minimum(drag / safe, 1.0), drag / safe)
+        # What is dragged slides even from inside of the disc, where the projection must not stretch y.
+        shrink = np.where(rows.dragged, np.minimum(radius / safe, 1.0), radius / safe)
         return Pieces(closed, DiscSlope(slides, y / safe[:, None], shrink), mu, fixed, scale)
 
     def same(self, other: object, turn: float = ALIKE) -> bool:
-        """Whether the law is linear with the same coefficients on both, but that slips may ``turn`` by an angle."""
+        """Whether both are the same linear law, except that directions of slip may differ by less than ``turn``."""
         if not isinstance(other, Pieces):
             return False
         ours, theirs = self.disc, other.disc
@@ -108,12 +108,12 @@ class Pieces:
         """What must vanish (c, d), in units of force."""
         out = np.empty_like(r)
         out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
-        dragged = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.disc.direction
-        out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
+        friction = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.disc.direction
+        out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - friction, self.scale[:, None] * motion[:, 1:])
         return out
 
     def at_caps(self, r: Floats) -> Floats:
-        """Forces r (c, d) with the friction of what slides at a fixed radius, which the law knows without them."""
+        """Forces r (c, d), but with the law's friction, which needs no r, where points slide at a ``fixed`` radius."""
         known = (self.fixed > 0) & self.disc.slides
         if not known.any():
             return r
@@ -123,7 +123,7 @@ class Pieces:
 
     @property
     def none(self) -> Bools:
-        """Which forces (c, d) the law says are none."""
+        """Which forces (c, d) are zero by the law."""
         rubs = (self.closed & (self.mu > 0)) | (self.fixed > 0)
         out = np.empty((len(self.mu), 1 + self.disc.direction.shape[1]), dtype=bool)
         out[:, 0], out[:, 1:] = ~self.closed, (self.disc.slides & ~rubs)[:, None]
@@ -131,7 +131,7 @@ class Pieces:
 
     @cached_property
     def by_motion(self) -> Floats:
-        """Derivative (c, d, d) of :meth:`value` with respect to motion as the rows have it."""
+        """Derivative (c, d, d) of :meth:`value` with respect to the motion G dU of the rows."""
         out = self._zeros()
         out[:, 0, 0] = self.scale * self.closed
         out[:, 1:, 1:] = self.scale[:, None, None] * self.disc.by_point
@@ -165,7 +165,7 @@ def _capped(rows: ContactRows, r_n: Floats, pushing: Bools) -> tuple[Floats, Flo
 class Mapped:
     """A law that is a map of motion and forces, linearised: value ``miss`` (c, d), derivatives (c, d, d), scale (c,).
 
-    ``none`` (c, d) are the forces that it says are none.
+    ``none`` (c, d) marks the forces that are zero by the law.
     """
 
     miss: Floats
@@ -180,15 +180,15 @@ class Mapped:
 
         Exact Coulomb friction where De Saxce's ``shift`` (f,) is mu |du_t|. At motion and forces (c, d).
         """
-        u, one = motion.copy(), np.eye(1 + rows.tangents)
+        u, identity = motion.copy(), np.eye(1 + rows.tangents)
         u[rows.frictional, 0] += shift
         stuck = rows.tied[:, None] & np.column_stack([rows.tied, *[rows.rubs] * rows.tangents])
         pull = scale[:, None] * u
-        slope = np.where(stuck[..., None], one, cone_slope(r - pull, rows.rubbing))
+        slope = np.where(stuck[..., None], identity, cone_slope(r - pull, rows.rubbing))
         miss = np.where(stuck, pull, r - project_cone(r - pull, rows.rubbing))
-        polar = np.all(slope == 0, axis=(1, 2))
-        none = np.broadcast_to(polar[:, None], r.shape)
-        return Mapped(miss, scale[:, None, None] * slope, one - slope, scale, none)
+        apart = np.all(slope == 0, axis=(1, 2))
+        none = np.broadcast_to(apart[:, None], r.shape)
+        return Mapped(miss, scale[:, None, None] * slope, identity - slope, scale, none)
 
     def value(self, motion: Floats, r: Floats) -> Floats:
         """What must vanish (c, d), where it was linearised."""

@@ -75,7 +75,7 @@ class ContactTerms:
     def shifted_rows(self) -> tuple[sp.csr_matrix, Floats, sp.csr_matrix, Floats]:
         """(G_n, g + shift) and (mu G_t, mu w_t) of the coned friction rows: ((m, n), (m,), (m (d-1), n), (m, d-1))."""
         if self.shift is None:
-            none = sp.csr_matrix((0, int(np.asarray(self.rows.G_n.shape)[1])))
+            none = sp.csr_matrix((0, self.rows.size))
             return none, np.zeros(0), none, np.zeros((0, self.rows.tangents))
         coned = self.coned
         contact, shift = self.rows.frictional[coned], self.shift[coned]
@@ -94,8 +94,8 @@ class ContactTerms:
         rows, alone = self.rows, self.unilateral
         sliding, slip = self.tangent_rows(self.sliding)
         gap = Rows(Term.GAP, Cone.NONNEGATIVE, widened(rows_of(rows.G_n, alone), columns), rows.gap[alone])
-        own = (gap, norm_rows(Term.FRICTION, sliding, slip, columns, bounds), self._tie_rows(columns))
-        return own if self.shift is None else (*own, _coulomb_rows(*self.shifted_rows(), columns))
+        parts = (gap, norm_rows(Term.FRICTION, sliding, slip, columns, bounds), self._tie_rows(columns))
+        return parts if self.shift is None else (*parts, _coulomb_rows(*self.shifted_rows(), columns))
 
     def _tie_rows(self, columns: int) -> Rows:
         tied = self.rows.tied
@@ -156,11 +156,11 @@ def norm_rows(
 ) -> Rows:
     """Second-order rows (t_i, G_i dU + w_i), i = 1 .. m, from G (m k, n) and w (m, k): t_i is variable ``bounds + i``.
 
-    With ``minus``, the variables from there on are subtracted: (t_i, G_i dU + w_i - d_i).
+    With ``minus``, the variables d from that number on are subtracted: (t_i, G_i dU + w_i - d_i).
     """
     count, width = offset.shape
     lengths = np.diff(G.indptr).reshape(count, width)
-    # Straight into the row-wise data, in its order: t_i before its block of rows, d_ij behind each row.
+    # Inserted in the order of the row-wise data: t_i before its block of rows, d_ij behind each row.
     at, variable, value = G.indptr[:-1].reshape(count, width)[:, :1], bounds + np.arange(count)[:, None], 1.0
     if minus is not None:
         at = np.hstack([at, G.indptr[1:].reshape(count, width)])
@@ -178,7 +178,7 @@ def norm_rows(
 
 
 def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, slip: Floats, columns: int) -> Rows:
-    """Second-order rows (gap_i, slip_i)."""
+    """Second-order rows (gap_i, slip_i) of the contact i, from the parts of :meth:`ContactTerms.shifted_rows`."""
     count, tangents = slip.shape
     width = tangents + 1
     stacked = sp.csr_matrix(sp.vstack([normal, tangent]))
@@ -188,5 +188,5 @@ def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, sl
 
 
 def widened(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
-    """The rows on so many ``columns``, of which they touch the first."""
+    """A (m, n) with zeros behind it, as rows of ``columns`` variables."""
     return sp.csr_matrix((A.data, A.indices, A.indptr), shape=(len(A.indptr) - 1, columns))
