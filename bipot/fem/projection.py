@@ -90,7 +90,7 @@ class Projection:
         ones = np.ones((len(elements), len(reference.weights), 1))
         if volume is VolumeChange.P0:
             return Projection(read_only(ones, np.float64))
-        # From the element's middle and over its size, so that units and places do not matter to phi' w phi.
+        # From the element's middle, over its size: phi' w phi depends on neither units nor place.
         x = (x - x.mean(axis=1, keepdims=True)) / np.ptp(x, axis=(1, 2))[:, None, None]
         return Projection(read_only(np.concatenate([ones, reference.values @ x], axis=2), np.float64))
 
@@ -98,7 +98,7 @@ class Projection:
         """Pi at the weights (e, q).
 
         Raises:
-            InvertedElement: one weight of an element is all of their sum, to round-off, because a trial nearly folds it.
+            InvertedElement: one weight of an element is all of its sum, to round-off: a trial nearly folds it.
         """
         phi = self.functions
         across = phi.transpose(0, 2, 1)
