@@ -37,7 +37,7 @@ from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
 
 DIGITS = 2.0
-"""Spacings of pseudo-times in the shortest increment: twice that is halved."""
+"""Least length of an increment, over the spacing of floating-point numbers at its pseudo-time."""
 
 
 def march(
@@ -95,7 +95,7 @@ class Shared:
     cache: Cache = field(default_factory=Cache)
 
     def attempt(self, increment: Increment, largest: float, sparing: bool = False, halves: bool = False) -> Attempt:
-        """Try the increment as far as it is not to be halved instead: see :func:`attempt_increment`."""
+        """Try the increment, or give up early if it is to be halved instead: see :func:`attempt_increment`."""
         return attempt_increment(increment, self.control, self.cache, largest, self.observe, sparing, halves)
 
 
@@ -118,8 +118,8 @@ def _next(shared: Shared, course: Course, target: float) -> Accepted:
     found = _located(shared, course, _accurate(shared, course, target))
     solved, reasons = found.solved, found.reasons
     if solved.almost:
-        said = f"{solved.almost} passes almost solved, certificate re-checked"
-        reasons += (Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}),)
+        words = f"{solved.almost} passes almost solved, certificate re-checked"
+        reasons += (Reason(ReasonKind.ALMOST, words, measures={"passes": solved.almost}),)
     return Accepted(
         start=course.state,
         course=_after(shared, course, found, target),
@@ -136,7 +136,7 @@ def _next(shared: Shared, course: Course, target: float) -> Accepted:
 
 
 def _accurate(shared: Shared, course: Course, target: float) -> Found:
-    """The increment, solved again and shorter while its error is estimated too far above what was asked."""
+    """The next increment, solved again and shorter while its estimated error is too far above the accuracy."""
     found, pacer = _estimated(shared, course, _halved(shared, course, target)), shared.pacer
     if pacer is None:
         return found
@@ -154,38 +154,38 @@ def _accurate(shared: Shared, course: Course, target: float) -> Found:
 def _again(shared: Shared, course: Course, target: float, refused: Found) -> Found:
     """The increment of the course's length, after one that was ``refused`` for its estimate."""
     found = _halved(shared, course, target)
-    said = f"shortened: error estimated at {refused.estimate:.2g}"
+    words = f"shortened: error estimated at {refused.estimate:.2g}"
     measures = {"estimate": refused.estimate, "tau": refused.increment.tau}
-    reasons = (*refused.reasons, Reason(ReasonKind.ACCURACY, said, measures=measures), *found.reasons)
+    reasons = (*refused.reasons, Reason(ReasonKind.ACCURACY, words, measures=measures), *found.reasons)
     passes, cuts = refused.passes + found.passes, refused.cuts + found.cuts
     return _estimated(shared, course, found._replace(passes=passes, cuts=cuts, reasons=reasons))
 
 
 def _estimated(shared: Shared, course: Course, found: Found) -> Found:
-    """The increment with the estimate of its error, if its length is to follow that."""
+    """The increment found, with the estimate of its error if that is to choose the next length."""
     return found if shared.pacer is None else found._replace(estimate=error_estimate(course.state, found.solved))
 
 
 def _halved(shared: Shared, course: Course, target: float) -> Found:
-    """The increment of the course's length or less, halved until an attempt solves it.
+    """The next increment, of the course's length or less, halved until an attempt solves it.
 
-    Where none does, those of which a program was spared are tried with it.
+    If none does, the attempts that were spared a program are repeated with it.
     """
-    state, anew = course.state, target - course.state.tau
+    state, whole = course.state, target - course.state.tau
     if shared.pacer is not None:
-        anew = shared.pacer.length(shared.system, state, course.proposed, target)
-    size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
-    # Half of an increment that has no more digits is none, or the whole of it again.
+        whole = shared.pacer.length(shared.system, state, course.proposed, target)
+    size, uncut = (whole, whole) if math.isnan(course.size) else (course.size, course.uncut)
+    # Half of an increment of one spacing of pseudo-times would be none, or all of it again.
     least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
-    # Increments that are scheduled are kept if any form solves them.
+    # A program is spared only where the length is free: scheduled increments are kept if any form solves them.
     spares = math.inf if shared.pacer is None else uncut / 2**shared.control.spared * (1 + 1e-9)
     spares = max(spares, 2 * least * (1 - 1e-9))
-    halving = Halving(lambda part, *instead: shared.attempt(part, course.largest, *instead), uncut)
+    halving = Halving(lambda part, *options: shared.attempt(part, course.largest, *options), uncut)
     while True:
-        # Landing on the target itself, not on a sum that round-off moves.
+        # The target itself, not a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        # Counted from what was scheduled: from the last success they creep up to a wall without an end.
+        # Halvings count from the scheduled length: from the last one that was solved they would go on without end.
         halves = tau - state.tau >= 2 * least * (1 - 1e-9)
         tried = halving.tried(increment, tau - state.tau >= spares, halves)
         if isinstance(tried, Found):
@@ -210,24 +210,24 @@ def _located(shared: Shared, course: Course, found: Found) -> Found:
     found = found._replace(passes=found.passes + spent)
     if landing is None:
         return found
-    said = f"cut to the landing of node {landing.node} at tau = {landing.tau:.6g}"
-    landed = Reason(ReasonKind.LANDING, said, measures={"node": landing.node, "tau": landing.tau})
+    words = f"cut to the landing of node {landing.node} at tau = {landing.tau:.6g}"
+    landed = Reason(ReasonKind.LANDING, words, measures={"node": landing.node, "tau": landing.tau})
     reasons = (*found.reasons, *landing.attempt.failures, landed)
     found = found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
     return _estimated(shared, course, found)
 
 
 def _after(shared: Shared, course: Course, found: Found, target: float) -> Course:
-    """The course after the increment found: at the ``target``, or on the way to it."""
+    """The course after the increment ``found``, which ends at the ``target`` or on the way to it."""
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if shared.pacer is not None:
         begun = begins_flow(course.state, found.solved)
         proposed = shared.pacer.next(length, found.estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
-    # An increment paced by accuracy that was not cut, or is to be shorter, ends as one of the schedule does.
-    paced = length >= found.uncut * (1 - 1e-9) or proposed < length
-    if tau == target or (shared.pacer is not None and found.landing is None and paced):
+    # If an increment by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.
+    anew = length >= found.uncut * (1 - 1e-9) or proposed < length
+    if tau == target or (shared.pacer is not None and found.landing is None and anew):
         return after
     if found.landing is None:
         longer = 2 * length if math.isnan(proposed) else proposed

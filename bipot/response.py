@@ -77,13 +77,13 @@ class State:
 
     @property
     def rates(self) -> Floats:
-        """The velocity, node by node, and d translation/dtau (a d + m,)."""
+        """The velocity node by node, then d translation/dtau, (a d + m,); zero at rest."""
         rates = self.translated / self.length if self.length > 0 else np.zeros_like(self.translated)
         return np.concatenate([self.velocity.ravel(), rates])
 
 
 def rest(scene: Scene, gap: Floats) -> State:
-    """The stress-free state at tau = 0, in which the candidates have the gaps (c,)."""
+    """The stress-free state at tau = 0 with the candidates' ``gap`` (c,)."""
     nodes = scene.mesh.nodes
     points = len(scene.mesh.elements), len(tabulated(scene.mesh.element, scene.rule).weights)
     tensor = np.zeros((*points, scene.geometry.reduction.mandel))
@@ -112,8 +112,8 @@ def body_space(scene: Scene) -> Space:
 class Response:
     """The body's response to the trial displacement ``du`` (a, d) from ``state``, given by the unknowns x (n,).
 
-    ``rotated`` is R sigma_n R', ``element_forces`` (e, 2k) and ``internal`` (n,) the internal forces of the returned
-    stress.
+    ``rotated`` (e, q, s) is R sigma_n R', ``element_forces`` (e, dk) and ``internal`` (n,) the internal forces of the
+    returned stress.
     """
 
     state: State
@@ -140,10 +140,7 @@ class Body:
         return Projection.of(self.scene.volume_change, mesh.nodes, mesh.elements, self.space.reference)
 
     def carried_on(self, state: State, flow: Flow) -> State:
-        """The state in which an increment of BDF2 starts: ``state`` after the ``flow`` at fixed strain.
-
-        See :mod:`bipot.laws.flow`.
-        """
+        """The start of an increment of BDF2: ``state`` after ``flow`` at fixed strain (:mod:`bipot.laws.flow`)."""
         stress = state.stress - 2 * self.scene.material.elasticity.shear * flow.strain
         plastic_strain = state.plastic_strain + flow.strain
         return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
@@ -164,7 +161,7 @@ class Body:
         return Response(state, x, du, kin, rotated, returned, forces, space_.vector(forces))
 
     def refuse_folded(self, response: Response) -> None:
-        """Refuse elements that an answer folds anywhere: where strain or equilibrium is posed, and at the end."""
+        """Refuse elements that are folded anywhere, at the end or where strain or equilibrium is posed."""
         start, du = response.state.nodes, response.du
         placements = self.scene.configuration.measure.placements(start, du)
         try:
@@ -174,8 +171,7 @@ class Body:
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""
-        C = self._moduli(response, kind)
-        return self.space.matrix(element_stiffness(response.kinematics, C))
+        return self.space.matrix(element_stiffness(response.kinematics, self._moduli(response, kind)))
 
     def _moduli(self, response: Response, kind: TangentKind) -> Floats:
         """C (e, q, s, s) or (s, s) at the response."""
@@ -187,7 +183,7 @@ class Body:
         return Scratch.of(elements, len(self.space.reference.weights), unknowns, self.scene.geometry.reduction)
 
     def tangent(self, response: Response, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included; unsymmetric in ``midpoint``.
+        """Element matrices (e, dk, dk) of d f_int / d dU, geometric part included; unsymmetric in ``midpoint``.
 
         They are stored in ``scratch`` if given, and valid until it is used again.
         """
@@ -204,9 +200,8 @@ class Body:
     def plastic_model(self, response: Response) -> PlasticModel:
         """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""
         kin, state, material = response.kinematics, response.state, self.scene.material
-        mandel = kin.reduction.mandel
+        mandel, points = kin.reduction.mandel, state.peeq.size
         basis = deviatoric_basis(mandel)
-        points = state.peeq.size
         volumetric = self.space.operator((identity(mandel) @ kin.B).reshape(points, 1, -1))
         deviatoric = self.space.operator((basis @ kin.B).reshape(points, len(basis), -1))
         strain = kin.strain.reshape(points, -1)
@@ -243,15 +238,14 @@ class Body:
         )
 
     def advance(self, start: State, response: Response, tau: float, forces: Floats, gap: Floats) -> State:
-        """The state after accepting the response: (30), stress and internals as returned.
+        """The state after accepting the response: nodes by (30), stress and plastic strain as returned.
 
-        ``start`` is the last accepted state; the response's own may have its flow carried on. Forces (c, d) and gaps
+        ``start`` is the last accepted state; that of the response may have flow carried on. Forces (c, d) and gaps
         (c,) are those of the candidates at the end.
         """
-        kin = response.kinematics
-        plastic, before = kin.turned(response.state.plastic_strain), kin.turned(start.plastic_strain)
-        returned = response.returned
-        plastic = plastic + returned.plastic_strain
+        kin, returned = response.kinematics, response.returned
+        plastic = kin.turned(response.state.plastic_strain) + returned.plastic_strain
+        before = kin.turned(start.plastic_strain)
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
         flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))

@@ -17,7 +17,7 @@ ROUND_OFF = 1e-12
 """Pseudo-times nearer than this, absolutely or relatively, are the same: sums differ in the last bit."""
 
 MOST = 1_000_000
-"""The largest number of pseudo-times: they are stored before the march, in some hundred megabytes."""
+"""Largest number of pseudo-times, which are all stored before the march, in some hundred megabytes."""
 
 FINEST, COARSEST = 1e-4, 0.1
 """Range of accuracies: first yield leaves an error of 1e-4 to 3e-4 of the force, whatever the later increments."""
@@ -79,7 +79,7 @@ class Schedule:
         require(self.first == 0, "first", self.first, alone)
 
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
-        """The scheduled pseudo-times and the ``kinks`` not among them: between two of these all rates are constant.
+        """The scheduled pseudo-times with the ``kinks``, so that all rates are constant between two of them.
 
         A kink replaces the scheduled pseudo-time next to it, because a path may turn twice there.
         """
@@ -101,7 +101,7 @@ class Schedule:
         return times[1:]
 
     def _start_up(self) -> list[float]:
-        """Zero and the start-up's pseudo-times."""
+        """Zero and the pseudo-times of the start-up."""
         start = [0.0]
         if self.first > 0 and self.increments is not None:
             start += [self.first * k for k in range(1, self.settling + 1)]
@@ -115,6 +115,6 @@ class Schedule:
 
 
 def _nearest(values: Floats, others: Floats) -> Floats:
-    """How far (n,) each of the ``values`` (n,) is from the nearest of the ``others`` (m,), which rise."""
+    """Distance (n,) of each of the ``values`` (n,) from the nearest of the ``others`` (m,), which are sorted."""
     around, after = np.concatenate([[-np.inf], others, [np.inf]]), np.searchsorted(others, values)
     return np.minimum(values - around[after], around[after + 1] - values)

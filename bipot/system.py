@@ -22,9 +22,11 @@ from bipot.typing import Floats, einsum, max_abs
 
 @dataclass(frozen=True)
 class Rigidity:
-    """The body at rest: elastic stiffness of the nodes (a,), the larger of the diagonal's two entries, that of the
-    contacts' nodes (c,), and its sum (m,) over those of a tool that is driven; largest nodal sum of w |N,j| and largest
-    point sum of |N,j|.
+    """Scales of the body at rest, by which forces and motions are compared.
+
+    ``nodal`` (a,) is the elastic stiffness of nodes, their largest diagonal entry; ``contact`` (c,) that at the
+    contacts and ``tools`` (m,) its sums over the contacts of driven tools. ``lever`` is the largest nodal sum of
+    w sum_j |N,j| and ``gradient`` the largest sum of |N,j| at a point.
     """
 
     nodal: Floats
@@ -43,11 +45,11 @@ class System:
 
     @cached_property
     def loading(self) -> Loading:
-        """The scene's loads."""
+        """The scene's loads on the body's unknowns."""
         return Loading(self.body.space, self.body.scene.loads)
 
     def load(self, nodal: Floats, tau: float) -> Floats:
-        """The load on the unknowns (n,): ``nodal`` loads (a, d), and the driving forces of tools at ``tau``."""
+        """The load on the unknowns (n,): ``nodal`` loads (a, d) and the driving forces of tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
@@ -59,15 +61,14 @@ class System:
 
     @cached_property
     def rigid(self) -> Floats:
-        """Rigid motions (n, m) of the body at rest that the supports allow: none where they hold it."""
+        """Rigid motions (n, m) of the body at rest that the supports allow, tools at rest; none if they hold it."""
         return self._rigid_motions(self.body.scene.mesh.nodes)
 
     def rigid_at(self, nodes: Floats) -> Floats:
-        """Those in the configuration ``nodes`` (a, d)."""
+        """The same in the configuration ``nodes`` (a, d)."""
         return self._rigid_motions(nodes) if self.rigid.size else self.rigid
 
     def _rigid_motions(self, nodes: Floats) -> Floats:
-        """Those with the tools at rest."""
         space = self.body.space
         found = rigid_motions(nodes, space.free, self.body.scene.geometry, space.axes)
         return np.vstack([found, np.zeros((space.translations, found.shape[1]))]) if space.translations else found
@@ -76,8 +77,8 @@ class System:
     def shares(self) -> bool:
         """Whether contact forces may be undetermined: a node has more of them than free unknowns, or two contacts.
 
-        Where none has, :mod:`bipot.checks.determinacy` names none; where one has, it tests ranks. A weighted point
-        counts with the node that it is at, though others are in its mean, too.
+        Only then does :mod:`bipot.checks.determinacy` test ranks. A weighted point counts at its own node alone, though
+        its mean has others.
         """
         contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
         free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]
@@ -86,7 +87,7 @@ class System:
 
     @cached_property
     def rigidity(self) -> Rigidity:
-        """The scales by which forces and motions are compared."""
+        """See :class:`Rigidity`."""
         body, elastic = self.body, self.body.scene.material.elasticity
         mesh = body.scene.mesh
         placed = body.space.gradients(mesh.nodes)
@@ -104,34 +105,33 @@ class System:
         )
 
     def units(self, start: State, prescribed: float, new_load: Floats) -> Units:
-        """Units: displacements to be expected, stresses to be reached up to the yield stress, the volume of a cube.
+        """Units: the expected displacement, the stress to be reached (up to the yield stress), the volume of a cube.
 
         In plane strain the volume is that of a square of unit thickness. The expected displacement is the largest of
-        what is ``prescribed`` (travel of tools and supports) and of the elastic displacement that the new loads on the
-        unknowns (n,) cause at their own nodes and those of their tools. Where nothing is prescribed it is the largest
-        of the latter and the last motion; where all are zero, the displacement that would release the stress, or a
-        small part of the body's size. It is never less than a small part of what would release the stress: the motions
-        of a body that rests fall to round-off from increment to increment, and in units of that a program has forces,
-        but no stiffness left.
+        what is ``prescribed`` (travel of tools and supports), or of the last motion if nothing is, and of the elastic
+        displacement that ``new_load`` on the unknowns (n,) causes at its own nodes and those of its tools. If all are
+        zero, it is the displacement that would release the stress, or at least a small part of the body's size. It is
+        never less than a small part of what would release the stress: the motions of a body that rests fall to
+        round-off from increment to increment, and in units of that a program has forces but no stiffness left.
         """
         scene, space, rigidity = self.body.scene, self.body.space, self.rigidity
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(start.stress).max())
-        moved, new = float(norm(start.du).max()), 0.0
+        moved, loaded = float(norm(start.du).max()), 0.0
         if scene.loads or scene.drives:
-            yielding = norm(space.spread(new_load)) / rigidity.nodal
-            sinking = np.abs(space.beside(new_load)) / rigidity.tools
-            new = float(max(yielding.max(), sinking.max(initial=0.0)))
+            nodes = norm(space.spread(new_load)) / rigidity.nodal
+            tools = np.abs(space.beside(new_load)) / rigidity.tools
+            loaded = float(max(nodes.max(), tools.max(initial=0.0)))
         released = size * stress / young
-        length = max(prescribed or moved, new) or max(released, LEAST_MOTION * size)
+        length = max(prescribed or moved, loaded) or max(released, LEAST_MOTION * size)
         length = max(length, LEAST_MOTION * released)
         reached = max(young * length / size, stress)
         stress = min(float(scene.material.yield_stress(0.0)), reached)
         return Units(length, size, stress, size**scene.geometry.reduction.extents)
 
     def force_blur(self, response: Response, moved: float, faint: float) -> float:
-        """Round-off of the internal forces at the node where it is largest (module docstring of bipot.checks.examined).
+        """Largest round-off of a nodal internal force (module docstring of bipot.checks.examined).
 
-        An estimate where that is below ``faint``; the lengths of the increment come to ``moved``.
+        :meth:`round_off` if that is at most ``faint``. ``moved`` is the sum of the increment's lengths.
         """
         estimate = self.round_off(response.rotated, moved)
         if estimate <= faint:
@@ -143,10 +143,9 @@ class System:
         return EPS * float(np.bincount(self.body.scene.mesh.elements.ravel(), forces.ravel()).max())
 
     def round_off(self, stress: Floats, moved: float) -> float:
-        """An estimate from above of the round-off of a nodal force.
+        """An estimate from above of the round-off of a nodal force, by the mesh at rest and therefore tenfold.
 
-        Of the stress (..., s) the largest, and what it changes by where the lengths of an increment come to ``moved``;
-        tenfold, for the mesh at rest is taken.
+        The largest ``stress`` (..., s) counts, and its change in an increment with lengths that sum to ``moved``.
         """
         elastic, rest = self.body.scene.material.elasticity, self.rigidity
         largest = max_abs(stress) + (elastic.bulk + 2 * elastic.shear) * moved * rest.gradient

@@ -5,20 +5,20 @@ traction, t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law
 convex, sign and cone between them; it falls to zero at the first open point. :func:`tractions` gives it.
 
 Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
-of a tool is made of the current edges of its candidate boundaries of which at least two nodes are closed, with
-dA = 2 pi r ds (axisymmetric) or ds (plane strain), in space of the faces of which three are, and
+of a tool consists of those current edges of its candidate boundaries that have at least two closed nodes, with
+dA = 2 pi r ds (axisymmetric) or ds (plane strain), in space of the faces that have three, and
 
     A_ei = int_e N_i dA,    A_i = sum_e A_ei,    A_e = sum_i A_ei.
 
-A node takes t_i = r_i/A_i. Weights are >= 0 and Coulomb's cone is convex, so tractions obey sign and cone because the
+A node has t_i = r_i/A_i. Weights are >= 0 and Coulomb's cone is convex, so tractions obey sign and cone because the
 forces do. They are exact where the traction is linear on equal straight edges, else of order two. Their quotient is
-that of the forces, so a slipping node is on the envelope. At the axis of a ring A_i vanishes, and with it the force:
-where A_i is less than :data:`LEAST_SHARE` of the edges around, the node takes their mean, of order one. Other
-recoveries are in ``studies.recovered``.
+that of the forces, so a slipping node is on the envelope. At the axis of a ring A_i vanishes, and with it the force: a
+node with A_i less than :data:`LEAST_SHARE` of the edges around has the mean of these, of order one. Other recoveries
+are in ``studies.recovered``.
 
-Where a support or symmetry holds the tangent and the tool does not move along it, the shear is zero. Where tool and
-support move along each other, it is the friction between them, of which no unknown knows. A mean's tangent is held
-where that of all its nodes is; where only some are held, it rubs by the others.
+Where a support or symmetry holds the tangent, the shear is zero if the tool does not move along it. If it does, the
+shear is the friction between tool and support, which no unknown contains. The tangent of a mean is held where those of
+all its nodes are; where only some are, the mean rubs by the others.
 """
 
 from __future__ import annotations
@@ -51,11 +51,10 @@ LEAST_SHARE = 0.05
 class ContactTraction:
     """Tractions and status of the candidates: pressure (c,) and shear (c,) along t, status (c,), thresholds.
 
-    In space, where there are two tangents, the shear is the length of its vector.
-
-    The tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact
-    line. ``status`` holds :class:`bipot.laws.coulomb.Status` values, decided with ``force_tol`` (force) and
-    ``slip_tol`` (length); a weld sticks, also where it pulls.
+    The tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact line. In space,
+    where there are two tangents, the shear is the length of its vector. ``status`` holds
+    :class:`bipot.laws.coulomb.Status` values, decided with ``force_tol`` (force) and ``slip_tol`` (length); a weld
+    sticks, also where it pulls.
     """
 
     recovered_pressure: Floats
@@ -66,14 +65,14 @@ class ContactTraction:
 
 
 def traction(iterate: Iterate, r: Floats) -> ContactTraction:
-    """Traction and status for contact forces r (c, d) of all candidates at the iterate, where it is in equilibrium."""
+    """Traction and status for contact forces r (c, d) of all candidates, where the iterate is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
     rows, known = iterate.rows, (iterate.increment.dragged != 0).any(axis=1)
     acting, motion = iterate.rubbed(r), np.column_stack([iterate.motion[:, 0], iterate.slipped])
     candidates = iterate.increment.system.candidates
     pressure, shear = tractions(candidates, iterate.balanced, acting, carries(r), rows, known)
     state = status(acting, motion, 0.0, rows.mu, force_tol, slip_tol, rows.cap)
-    # Also one that pulls, which the law of contact knows not.
+    # Welds that pull are open by the law of contact.
     glued = rows.tied & (norm(motion) <= slip_tol) & (norm(acting) > force_tol)
     state[glued] = Status.STICK
     return ContactTraction(pressure, shear, state, force_tol, slip_tol)
@@ -89,7 +88,7 @@ def tractions(
 ) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) of forces r (c, d) on the line through ``closed`` candidates, NaN elsewhere.
 
-    Where supports hold the tangent there is a shear if the slip is ``known`` (c,) all the same.
+    Where supports hold the tangent there is a shear only if the slip is ``known`` (c,) nevertheless.
 
     They are projected, so sign and cone (or its part below a cap of ``rows``) hold to the last digit for any forces.
     Where Coulomb's law holds, the projection only removes the round-off of an accepted increment. A weld may also pull:
@@ -117,30 +116,29 @@ def tractions(
 
 
 def _quotients(mu: Floats, r: Floats, rows: ContactRows) -> Floats:
-    """The largest quotient (c,) of shear and pressure: ``mu`` (c,), or what forces r (c, d) have where a cap acts."""
+    """The largest quotient (c,) of shear and pressure: ``mu`` (c,), or by forces r (c, d) where a cap acts."""
     acts = np.isfinite(rows.cap) & (r[:, 0] > 0)
     return np.divide(rows.limit(r), r[:, 0], out=mu.copy(), where=acts)
 
 
 def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:
-    """t_i = r_i/A_i (a, k) of ``forces`` (a, k); the mean of its edges at a node without area, 0 off the edges."""
-    own = facet_mass(nodes, edges, geometry).sum(axis=2)
-    area = own.sum(axis=1)
-    pooled = shared(own, len(nodes), edges, forces)
-    share, around = np.zeros(len(nodes)), np.zeros(len(nodes))
+    """t_i = r_i/A_i (a, k) of ``forces`` (a, k); for a node with little area the mean of its edges; 0 off the edges."""
+    areas = facet_mass(nodes, edges, geometry).sum(axis=2)
+    pooled = shared(areas, len(nodes), edges, forces)
+    area, around = np.zeros(len(nodes)), np.zeros(len(nodes))
     whole = np.zeros(forces.shape)
-    np.add.at(share, edges, own)
-    np.add.at(around, edges, area[:, None])
+    np.add.at(area, edges, areas)
+    np.add.at(around, edges, areas.sum(axis=1)[:, None])
     np.add.at(whole, edges, pooled[:, None])
-    alone = (share >= LEAST_SHARE * around) & (share > 0)
-    weight = np.where(alone, share, around)[:, None]
-    return np.divide(np.where(alone[:, None], forces, whole), weight, out=np.zeros(forces.shape), where=weight > 0)
+    enough = (area >= LEAST_SHARE * around) & (area > 0)
+    weight = np.where(enough, area, around)[:, None]
+    return np.divide(np.where(enough[:, None], forces, whole), weight, out=np.zeros(forces.shape), where=weight > 0)
 
 
-def shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
-    """Shares (f, k) of nodal ``forces`` (``count``, k) on the edges (f, n), by their nodes' areas ``own`` (f, n)."""
-    # A strongly distorted ring edge at the axis may have a small negative one.
-    part, total, number = np.maximum(own, 0.0), np.zeros(count), np.zeros(count)
+def shared(areas: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
+    """Shares (f, k) of nodal ``forces`` (``count``, k) on the edges (f, n), by the ``areas`` A_ei (f, n) of nodes."""
+    # A strongly distorted ring edge at the axis may have a small negative area.
+    part, total, number = np.maximum(areas, 0.0), np.zeros(count), np.zeros(count)
     np.add.at(total, edges, part)
     np.add.at(number, edges, 1.0)
     part = np.where(total[edges] > 0, part / np.where(total > 0, total, 1.0)[edges], 1 / number[edges])
@@ -155,8 +153,8 @@ def contact_edges(candidates: Candidates, number: int, closed: Bools) -> Ints:
 def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
     """Which edges (f,) of the boundaries of the tool of that ``number`` are on its contact line.
 
-    Of nodes at least two are closed, three of a face, of weighted points one: its traction goes on to the next. An edge
-    of which one is no candidate is left out: a support carries part of its force.
+    At least two nodes of an edge, three of a face, are closed, or one weighted point: its traction goes on to the next.
+    An edge with a node that is no candidate is left out, because a support carries part of its force.
     """
     points = candidates.points[number]
     edges = candidates.number[number][points.edges]
@@ -167,14 +165,15 @@ def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:
     """t_p = r_p / int psi_p dA (c, d) at the weighted points of a tool by its ``number``; zero at other candidates."""
-    points, own = candidates.points[number], candidates.number[number]
-    area = np.zeros(len(own))
+    points, numbers = candidates.points[number], candidates.number[number]
+    area = np.zeros(len(numbers))
     np.add.at(area, points.edges, hat_areas(nodes, points.lines, candidates.scene.geometry))
     out = np.zeros(r.shape)
-    out[own[own >= 0]] = r[own[own >= 0]] / area[own >= 0, None]
+    known = numbers >= 0
+    out[numbers[known]] = r[numbers[known]] / area[known, None]
     return out
 
 
 def component(shear: Floats) -> Floats:
-    """Of shear vectors (a, d - 1) the component, or in space the length (a,)."""
+    """The component (a,) of shear vectors (a, d - 1), in space their length."""
     return shear[:, 0] if shear.shape[1] == 1 else norm(shear)

@@ -5,45 +5,46 @@ It is a fraction of the force,
     e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  S  +  T)  +  Y  +  l.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
-  flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
-  power is of order two in the increment, like the error of the flow carried on. In space its measure is the work of
-  strain and friction together, as that of l is: where friction does the work, what is left of strain says nothing.
+  flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so the difference of their
+  powers is of order two in the increment, like the error of the flow carried on. In space the work of friction is added
+  to that of strain in the denominator: where friction does the work, the small rest that strain does means nothing.
 * S is the mean of |de|^2/12 over the body: the difference of the midpoint strain from the logarithmic one,
-  2 tanh(x/2) = x - x^3/12 + ... Where less than SMALL of the body takes the work, as a stem on a block does, or what is
-  beneath a punch in a large one, S is the mean over the work, what the power misses. That part is (sum_q p)^2 over
-  sum_q w sum_q p^2/w with p = w |sigma : de|.
-* T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
-  the last, beyond those at which supports and tools carry it: the curvature of the motion. A change by more than TURNED
-  is an event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. In the first
-  increment after rest or a kink, of which no velocity before tells anything, T is UNEVEN times the variance of the
-  increment of peeq over what S is: the more unevenly a body is strained, the more its motion changes by that. An upset
-  cylinder has a tenth of what a square between nearly smooth tools has, in which bands of shear form. The mean velocity
-  of a first increment that went past first yield is of both sides of that; T of the second is the less of the two.
+  2 tanh(x/2) = x - x^3/12 + ... Where less than SMALL of the body takes the work, as in a stem on a block or beneath a
+  punch in a large body, S is the mean weighted by the work. The part of the body that takes the work is
+  (sum_q p)^2 / (sum_q w sum_q p^2/w) with p = w |sigma : de|.
+* T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 is the curvature of the motion, with v, v_0 the velocities of the whole
+  body's nodes in this increment and the last, beyond those at which supports and tools carry it. A change by more than
+  TURNED is an event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. A
+  first increment, after rest or a kink, has no velocity before it: there T is UNEVEN times the variance of the
+  increment of peeq, with the weights of S. The more unevenly a body is strained, the more its motion changes: an upset
+  cylinder has a tenth of the variance of a square between nearly smooth tools, in which bands of shear form. A first
+  increment past first yield has a mean velocity of both sides of it, so T of the second is the less of the two.
 * An increment that ends before the body has long yielded, by its strain since rest or a kink
   (:func:`bipot.control.yielding.yielded_strain`), ends where the body begins to yield, while the force still follows
-  the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v| h/20, and not more than h/20, with h <= 1
-  the strain of the increment over that at yield. Where loads, or forces on tools, change, h is no less than the body's
-  strain in the increment (root of the mean square) over that at yield and the plastic strain so far together, because
-  then the force is given and the error one of the displacement. Where these alone strain the body, it yields bit by bit
-  to the end, and Y counts throughout. In the first increment |v - v_0|/|v| is one after rest, that of directions after
-  a kink, and it counts by D, the part of sum_q w |sigma : de| that is dissipated. What yields there has no flow to
-  carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| is added to Y, sigma_P of returns in PARTS parts.
-* What an increment from rest stores, 1 - D of its work, says whether the body has long yielded, however far it was
-  strained: one that tools or supports confine stores pressure to the end. Evenly strained it is one over the strain in
-  yield strains. Where it is no more than SETTLED, Y is what remains of yielding, D ((1 - D)^2 - STORED^2)/10. Else Y is
-  that of a body that begins to yield, whatever it is strained by. The power of the tools is stationary in the direction
-  of flow, the force of one that presses and turns is not: beneath tools that turn the two parts are not squared. Where
-  loads change, and after a kink, strain alone tells as above.
-* l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
-  against the work of strain and friction together.
+  the strain of what has not yielded. Then T is replaced by Y = min(|v - v_0|/|v|, 1) h/20, which a first increment adds
+  to its T, with h <= 1 the strain of the increment over that at yield. Where loads, or forces on tools, change, the
+  force is given and the error is one of the displacement: h is then no less than the body's strain in the increment
+  over the sum of that at yield and the plastic strain so far (both root mean squares). Where these alone strain the
+  body, it yields bit by bit to the end, and Y counts throughout. In a first increment |v - v_0|/|v| is one after rest,
+  the change of direction alone after a kink, and Y is multiplied by D, the part of sum_q w |sigma : de| that is
+  dissipated. Points at which no flow was carried on add |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| to Y,
+  with sigma_P of returns in PARTS parts.
+* In an increment from rest the part 1 - D of its work that is stored tells whether the body has long yielded, whatever
+  its strain: one that tools or supports confine stores pressure to the end. In even strain the part is one over the
+  strain in yield strains. If it is at most SETTLED, Y is what remains of yielding, D max((1 - D)^2 - STORED^2, 0)/10,
+  else that of a body that begins to yield. Beneath tools that turn, (1 - D) and STORED are not squared: the power of
+  tools is stationary in the direction of flow, the force of one that presses and turns is not. Where loads change, and
+  after a kink, strain alone tells, as above.
+* l is the lag of friction behind slip that turns (:mod:`bipot.control.lag`), over the work of strain and friction
+  together. It is zero in a plane and in first increments.
 
-Kinks are those at which rates come into other proportions. Where only the pace changes (:mod:`bipot.scene.paces`),
-v_0 and the lengths before are those at the pace of the increment.
+Kinks are those at which the proportions of rates change. Where only the pace changes (:mod:`bipot.scene.paces`), v_0
+and the lengths before are those at the pace of the increment.
 
 l is of order one, and the other terms are of order two where the solution is smooth. Errors of the motion stay in the
-shape of the body, and those of later increments add to them, which is GATHERED. It and the other factors are
-calibrated: with the increments that :mod:`bipot.control.pacing` makes of it the largest error of the curve is 0.3 to 3
-times the accuracy on the paper's mesh; it is less on coarse meshes, where errors cancel (studies/accuracy/paced.py).
+shape of the body, and those of later increments add to them: this is GATHERED. It and the other factors are calibrated:
+with the increments that :mod:`bipot.control.pacing` makes of it the largest error of the curve is 0.3 to 3 times the
+accuracy on the paper's mesh; it is less on coarse meshes, where errors cancel (studies/accuracy/paced.py).
 """
 
 from __future__ import annotations
@@ -63,55 +64,55 @@ from bipot.scene.symmetry import own_share
 from bipot.typing import Floats, vdot
 
 GATHERED = 2.5
-"""What the errors that increments leave come to over that of one."""
+"""The sum of the errors that increments leave, over the error of one."""
 
 TURNED = 1.6e-3
 """Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
 
 UNEVEN = 0.4
-"""Of the variance of the first increment of peeq. Over it, what shorter ones change in the force is 0.3 to 1.4 in upset
-cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, which have about ten times the variance.
+"""Factor of the variance of the first increment of peeq. The change of force by shorter ones, over the variance, is
+0.3 to 1.4 in upset cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, with ten times the variance.
 """
 
 SETTLED, STORED = 1 / 6, 1 / 9
-"""Parts of its work that a first increment stores: beyond the first the body still yields; up to the second nothing is
-left of yielding. It is one over the strain in yield strains, and a third more in plane strain.
+"""Stored parts of the work of a first increment: above the first the body still begins to yield; up to the second
+nothing is left of that. The part is one over the strain in yield strains, and a third more in plane strain.
 """
 
 SMALL = 1 / 3
-"""Part of the body, less of which a mean over all of it does not show. Bands of shear take two fifths."""
+"""A part of the body smaller than this does not show in a mean over all of it. Bands of shear take two fifths."""
 
 PARTS = 8
-"""Of an increment's strain in which a radial return shows how long that is for it."""
+"""Parts of an increment's strain whose returns show the error of a single one."""
 
 
 def error_estimate(start: State, solved: Solved) -> float:
     """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
     increment, response = solved.iterate.increment, solved.response
     kin, sigma = response.kinematics, response.returned.stress
-    flows = bool(response.returned.plastic.any())
-    # Where nothing flows both stresses are one, but for round-off, which may be all that an unloaded body has left.
+    first, flows = _is_first(increment), bool(response.returned.plastic.any())
+    # Where nothing flows the stresses differ by round-off, which may be all that an unloaded body has left.
     euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
     power = kin.volume * np.abs(np.vecdot(sigma, kin.strain))
     taken = float(power.sum())
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
-    behind = lag(start, solved)
-    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + _strained(solved, power)
-    lagging = 0.0 if _is_first(increment) else behind.share(taken)
-    bends = flows and is_strained(solved)
+    friction = lag(start, solved)
+    gathered = (missed / 2 / (taken + friction.friction) if taken > 0 else 0.0) + _strained(solved, power)
+    lagging = 0.0 if first else friction.share(taken)
+    yields, stored_tells = flows and is_strained(solved), increment.start.length == 0 and not increment.loads.changes
     if is_past_yield(increment):
-        if _is_first(increment):
-            return GATHERED * gathered + (_settles(start, solved) if bends and _is_told(increment) else 0.0)
-        bent = min(_turned(increment, start, solved), TURNED) / 10 if bends else 0.0
+        if first:
+            return GATHERED * gathered + (_settles(start, solved) if yields and stored_tells else 0.0)
+        curvature = min(_velocity_change(increment, start, solved), TURNED) / 10 if yields else 0.0
         if follows_yield(increment):
-            bent = min(bent, _uneven(solved, power))
-        return GATHERED * (gathered + bent) + lagging
-    # From rest the body may have settled before it ends within the strains of yielding.
-    ends = _settles if _is_told(increment) else _begins
-    # Where flow was carried on, that is the better one of the two.
-    alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
-    begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
-    begun = (begun / taken if taken > 0 else 0.0) + (ends(start, solved) if bends else 0.0)
+            curvature = min(curvature, _uneven(solved, power))
+        return GATHERED * (gathered + curvature) + lagging
+    # From rest the body may have settled at strains at which most still yield.
+    yielding = _settles if stored_tells else _begins
+    # Where flow was carried on, the difference of its stress from Euler's counts already.
+    uncarried = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
+    begun = abs(vdot(kin.volume * uncarried, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
+    begun = (begun / taken if taken > 0 else 0.0) + (yielding(start, solved) if yields else 0.0)
     return GATHERED * gathered + begun + lagging
 
 
@@ -126,24 +127,19 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
 
 
 def _is_first(increment: Increment) -> bool:
-    """Whether it starts from rest or at a kink that is no change of pace."""
+    """Whether the increment starts from rest or at a kink that is no change of pace."""
     return increment.start.length == 0 or increment.past.turns
 
 
 def _begins(start: State, solved: Solved) -> float:
-    """|v - v_0|/|v| h/20 (module docstring)."""
+    """Y of a body that begins to yield (module docstring)."""
     increment = solved.iterate.increment
-    part = _dissipated(solved) if _is_first(increment) else 1.0
-    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
-
-
-def _is_told(increment: Increment) -> bool:
-    """Whether what it stores tells how far the body has yielded: from rest, where tools and supports strain it."""
-    return increment.start.length == 0 and not increment.loads.changes
+    part, change = _dissipated(solved) if _is_first(increment) else 1.0, _velocity_change(increment, start, solved)
+    return min(math.sqrt(change), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
 
 
 def _settles(start: State, solved: Solved) -> float:
-    """Y of an increment from rest by what it stores (module docstring)."""
+    """Y of an increment from rest, by the part of its work that is stored (module docstring)."""
     increment, flowed = solved.iterate.increment, _dissipated(solved)
     if 1 - flowed > SETTLED:
         return _begins(start, solved)
@@ -153,20 +149,20 @@ def _settles(start: State, solved: Solved) -> float:
 
 
 def _strained(solved: Solved, power: Floats) -> float:
-    """S, and in a first increment its T, where points (e, q) take a ``power``."""
+    """S, plus T in a first increment, where points take the work ``power`` (e, q)."""
     strain = solved.response.kinematics.strain
     square = vdot(_weight(solved, power), np.vecdot(strain, strain)) / 12
     return square + _uneven(solved, power) if _is_first(solved.iterate.increment) else square
 
 
 def _uneven(solved: Solved, power: Floats) -> float:
-    """T by how unevenly the increment strains the body."""
+    """T of a first increment: by how unevenly it strains the body."""
     weight, flowed = _weight(solved, power), solved.response.returned.dpeeq
     return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
 
 def _weight(solved: Solved, power: Floats) -> Floats:
-    """Of the mean over the body, or over the work where less of it than SMALL takes that."""
+    """Weights (e, q) of the mean over the body, or over the work if less than SMALL of the body takes it."""
     volume = solved.response.kinematics.volume
     small = float(power.sum()) ** 2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
     weight = power if small else volume
@@ -174,22 +170,22 @@ def _weight(solved: Solved, power: Floats) -> Floats:
 
 
 def _over_yield(start: State, solved: Solved) -> float:
-    """h (module docstring)."""
+    """h, not yet bounded by one (module docstring)."""
     increment, at_yield = solved.iterate.increment, yield_strain(solved.iterate.increment.system)
     known = strain_of(increment)
-    # Beside tools and supports that hardly move, loads may be what strains the body.
     if not increment.loads.changes:
         return known / at_yield
     volume = solved.response.kinematics.volume
-    own, plastic = (
+    # Loads may strain the body where tools and supports hardly move.
+    present, plastic = (
         math.sqrt(vdot(volume, np.vecdot(strain, strain)) / float(volume.sum()))
         for strain in (solved.response.kinematics.strain, start.plastic_strain)
     )
-    return max(known / at_yield, own / (at_yield + plastic))
+    return max(known / at_yield, present / (at_yield + plastic))
 
 
-def _turned(increment: Increment, start: State, solved: Solved) -> float:
-    """|v - v_0|^2 / |v|^2, one from rest; after a kink, where rates are others, that of directions."""
+def _velocity_change(increment: Increment, start: State, solved: Solved) -> float:
+    """|v - v_0|^2 / |v|^2; one from rest; after a kink, which changes all rates, with v_0 as long as v."""
     if start.length == 0:
         return 1.0
     scene = increment.system.body.scene
@@ -198,10 +194,10 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     def square(velocity: Floats) -> float:
         return vdot(part, np.vecdot(velocity, velocity))
 
-    # A body that supports and tools carry moves no less for that.
-    before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
+    # How supports and tools carry the body would hide its own motion.
+    carried = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
     now = (solved.response.du - increment.tools.gone) / (increment.tau - start.tau)
-    then = increment.past.quicker * (start.velocity - before.gone / start.length)
+    then = increment.past.quicker * (start.velocity - carried.gone / start.length)
     if increment.past.turns:
         size = square(then)
         then = then * math.sqrt(square(now) / size) if size > 0 else then
@@ -210,7 +206,7 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
 
 
 def _dissipated(solved: Solved) -> float:
-    """The part of sum_q w |sigma : de| that new plastic flow takes up."""
+    """The part of sum_q w |sigma : de| that is dissipated by new plastic flow."""
     kin, returned = solved.response.kinematics, solved.response.returned
     taken, flowed = (
         vdot(kin.volume, np.abs(np.vecdot(returned.stress, strain))) for strain in (kin.strain, returned.plastic_strain)

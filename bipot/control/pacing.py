@@ -1,19 +1,19 @@
 """Increments by accuracy: the length of the next increment by the estimate of the error that the last one adds.
 
-With e of :mod:`bipot.control.estimate`, the next increment is AIMED sqrt(accuracy/e) times as long, within the
-stability of BDF2, and for accuracies finer than 1e-3 shorter still by the factor (accuracy/1e-3)^FINER. The rest of the
-way is divided equally; an increment is then up to SLACK longer where that saves one. One with an error REFUSED times
-the accuracy is solved again, shorter, unless its estimate does not fall by that: an event's does not.
+With e of :mod:`bipot.control.estimate`, the next increment is AIMED (accuracy/1e-3)^FINER sqrt(accuracy/e) times as
+long, within the stability of BDF2. The rest of the way is divided equally, into increments that are longer by up to
+SLACK if that saves one. An increment whose e is above REFUSED times the accuracy is solved again, shorter, unless that
+does not lower e, as in an event.
 
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
 has the strain at which a body has long yielded (:mod:`bipot.control.yielding`), at least ONSET sqrt(accuracy) and at
-most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the body's
-extent. Where a load changes, what that strains is not known, a tool that turns may only roll, a curved one dents what
-is beneath it, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the next
-one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
-yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
-smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns sooner, or the
-yield strain is so large that an increment may not be so long, many short ones follow yielding.
+most GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry,
+over the body's extent. The strain by a load that changes is not known, a tool that turns may only roll, and a curved
+one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. If flow begins
+in one, the next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of
+1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
+yield has the smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns
+sooner, or the yield strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -51,15 +51,15 @@ REFUSED, TRIES = 3.0, 3
 """An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
 
 FINER, USUAL = 0.12, 1e-3
-"""Errors of landings and of first yield are of lower order: the length goes with the accuracy from USUAL on by so much
-more than its root."""
+"""Errors of landings and of first yield are of lower order: the length goes with (accuracy/USUAL)^FINER, besides the
+root of the accuracy."""
 
 SLACK = 0.25 + 1e-9
-"""Of an increment, by which the last ones are longer rather than one more, with round-off: what is left after a first
-one, and as long as that, is longer by just a quarter than BEGUN of it."""
+"""Part of an increment by which the last ones are lengthened to save one. The rest after a first one, if as long as it,
+is just a quarter longer than BEGUN of it; hence the round-off."""
 
 CURED = 0.7
-"""Part of its estimate above which that of a shortened increment is of an event, which is as large in any length."""
+"""A shortened increment with more than this part of the estimate before has an event, as large in any length."""
 
 CHEAPEST, QUICK = 2e-3, 8
 """Coarser accuracies give the increments of CHEAPEST, because longer ones cost more passes than they save. After more
@@ -74,7 +74,7 @@ def begins_flow(start: State, solved: Solved) -> bool:
 
 @dataclass(frozen=True)
 class Pacer:
-    """Lengths of increments (pseudo-time) for an ``accuracy``, a fraction of the force."""
+    """Lengths of increments in pseudo-time for an ``accuracy``, a fraction of the force."""
 
     accuracy: float
 
@@ -85,40 +85,39 @@ class Pacer:
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
-        left, least, whole = target - state.tau, 0.0, Increment(system, state, target)
+        left, past_yield, whole = target - state.tau, 0.0, Increment(system, state, target)
         if math.isnan(proposed) or whole.past.turns:
-            proposed, least = self._first(whole)
+            proposed, past_yield = self._first(whole)
         else:
             proposed = max(proposed / whole.past.quicker, LEAST_LENGTH)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
-        return equal if equal >= least else min(proposed, left)
+        return equal if equal >= past_yield else min(proposed, left)
 
     def refuses(self, estimate: float) -> bool:
         """Whether the increment is to be solved again, shorter."""
         return estimate > REFUSED * self.aim
 
     def is_cured(self, estimate: float, before: float) -> bool:
-        """Whether shortening an increment with the estimate ``before`` was of use."""
+        """Whether shortening an increment with the estimate ``before`` has lowered it enough to be of use."""
         return estimate <= CURED * before
 
     def next(self, length: float, estimate: float, passes: int = 0, begun: bool = False) -> float:
-        """The length after an increment of that ``length``, estimate and ``passes``; ``begun`` where its flow began."""
+        """The length after one of this ``length``, ``estimate`` and ``passes``; ``begun`` if flow began in it."""
         aimed = AIMED * (self.aim / USUAL) ** FINER
         allowed = aimed * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 
     def _first(self, whole: Increment) -> tuple[float, float]:
-        """The first length of a stretch of constant rates, and the least that passes first yield."""
+        """The first length of the stretch ``whole`` of constant rates, and the length that passes first yield."""
         system, state = whole.system, whole.start
         strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
-        # What a load strains is not known beforehand, nor whether a turn does, nor how much of a body a curved tool.
         tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), whole.tau - state.tau
-        bends = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
-        most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or bends[near].any() else stretch
+        unsure = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
+        most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or unsure[near].any() else stretch
         if strained == 0:
             return max(most, LEAST_LENGTH), 0.0
-        # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.
+        # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
         far = yielded_strain(system, state.length > 0)
         strain = min(max(least, far), GROWTH * least)

@@ -2,8 +2,8 @@
 
 Unknowns are numbered node by node, (node, axis), along the axes of each node (:mod:`bipot.fem.axes`); ``free`` lists
 those that no support holds. They are followed by the coordinates of tools driven by forces or moments, which appear in
-contact rows only and in no element. Their coupling with nodes at curved tools is summed like elements, each with the
-unknowns of a node and its tool. Element arrays and nodal fields are in coordinates everywhere else.
+contact rows only and in no element. Their couplings with nodes at curved tools are summed like elements, each with the
+unknowns of a node and its tool. Outside of a :class:`Space`, element arrays and nodal fields are in coordinates.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Space:
         return len(self.free) + self.translations
 
     def gradients(self, nodes: Floats) -> Gradients:
-        """Shape gradients and volumes on the configuration ``nodes`` (a, d), without projection; see the function."""
+        """See :func:`bipot.fem.kinematics.gradients`: on the configuration ``nodes`` (a, d), without projection."""
         return gradients(nodes, self.mesh.elements, self.reference, self.geometry)
 
     def spread(self, x: Floats) -> Floats:
@@ -71,7 +71,7 @@ class Space:
         return x[len(self.free) :]
 
     def gather(self, every: Floats) -> Floats:
-        """Unknowns (n,) of a vector for every node, held or not, and of tools' coordinates behind it (a d + m,)."""
+        """Unknowns (n,) of a vector (a d + m,) for all nodes, held or not, and then the coordinates of tools."""
         if self.axes.turned:
             every = every.copy()
             nodal = every[: self.mesh.nodes.size].reshape(self.mesh.nodes.shape)
@@ -92,10 +92,10 @@ class Space:
         """
         if not self.axes.turned:
             return element.ravel()
-        (own, turn), out = self._turns, element.ravel().copy()
+        (turned, turn), out = self._turns, element.ravel().copy()
         count, width = self.dofs.shape
         matrices = out[: count * width**2].reshape(count, width, width)
-        matrices[own] = turn @ matrices[own] @ turn.transpose(0, 2, 1)
+        matrices[turned] = turn @ matrices[turned] @ turn.transpose(0, 2, 1)
         return out
 
     @cached_property
@@ -104,12 +104,12 @@ class Space:
         count, d = self.mesh.nodes.shape
         rows = np.tile(np.eye(d), (count, 1, 1))
         rows[self.axes.nodes] = self.axes.rows
-        own = np.flatnonzero(np.isin(self.mesh.elements, self.axes.nodes).any(axis=1))
-        nodes = self.mesh.elements[own]
-        turn = np.zeros((len(own), nodes.shape[1], d, nodes.shape[1], d))
+        turned = np.flatnonzero(np.isin(self.mesh.elements, self.axes.nodes).any(axis=1))
+        nodes = self.mesh.elements[turned]
+        turn = np.zeros((len(turned), nodes.shape[1], d, nodes.shape[1], d))
         for k in range(nodes.shape[1]):
             turn[:, k, :, k] = rows[nodes[:, k]]
-        return own, turn.reshape(len(own), d * nodes.shape[1], -1)
+        return turned, turn.reshape(len(turned), d * nodes.shape[1], -1)
 
     def vector(self, element: Floats) -> Floats:
         """Sum element vectors (e, dk) into the vector (n,) of the unknowns."""
@@ -122,12 +122,12 @@ class Space:
         return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
 
     def operator(self, blocks: Floats) -> sp.csr_matrix:
-        """Sparse operator (p m, n) from dense rows (p, m, dk), points p ordered element by element."""
+        """Sparse operator (p m, n) from dense rows (p, m, dk) at p points, ordered element by element."""
         points, width, _ = blocks.shape
         if self.axes.turned:
-            (own, turn), blocks = self._turns, blocks.copy()
-            each = blocks.reshape(len(self.dofs), -1, blocks.shape[2])
-            each[own] = each[own] @ turn.transpose(0, 2, 1)
+            (turned, turn), blocks = self._turns, blocks.copy()
+            by_element = blocks.reshape(len(self.dofs), -1, blocks.shape[2])
+            by_element[turned] = by_element[turned] @ turn.transpose(0, 2, 1)
         columns = np.repeat(self.position[self.dofs], points // len(self.dofs), axis=0)
         columns = np.broadcast_to(columns[:, None, :], blocks.shape)
         kept = columns >= 0
@@ -138,8 +138,8 @@ class Space:
         """Largest nodal sum of |element forces| (e, dk) and |applied| (a, d): the scale of residuals."""
         forces = element.reshape(*self.mesh.elements.shape, -1)
         size = np.sqrt(np.vecdot(forces, forces))
-        whole = np.bincount(self.mesh.elements.ravel(), size.ravel())
-        return float((whole + np.sqrt(np.vecdot(applied, applied))).max())
+        sums = np.bincount(self.mesh.elements.ravel(), size.ravel())
+        return float((sums + np.sqrt(np.vecdot(applied, applied))).max())
 
 
 def space(
@@ -151,7 +151,7 @@ def space(
     coupled: Ints = UNCOUPLED,
     axes: Axes = STRAIGHT,
 ) -> Space:
-    """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``.
+    """The space of a mesh whose unknowns ``held`` (full numbers) are zero, followed by the number of ``translations``.
 
     ``coupled`` (b, u) are further coupled unknowns: full numbers, translations behind the nodes', -1 for none.
     Unknowns are components along the ``axes``.
@@ -165,7 +165,7 @@ def space(
     every, n = np.concatenate([position, behind, [-1]]), len(free) + translations
     rows, columns = (np.concatenate(parts) for parts in zip(*map(_entries, (every[dofs], every[coupled])), strict=True))
     kept = (rows >= 0) & (columns >= 0)
-    # Column-major keys sort into CSC order; np.unique hands back each entry's place.
+    # Column-major keys sort into CSC order.
     keys = np.append(columns[kept] * n + rows[kept], behind * (n + 1))
     unique, place = np.unique(keys, return_inverse=True)
     scatter = np.full(len(kept), len(unique), dtype=np.intp)
@@ -203,7 +203,7 @@ def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = ST
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]
     held = np.setdiff1d(np.arange(len(modes)), free)
-    # Of their triangle: it has the same null space, and no basis of what is held comes with it.
+    # The triangle of a QR decomposition has the same null space, and is far smaller.
     kept = modes[free] @ null_space(np.linalg.qr(modes[held], mode="r"), rcond=1e-9) if len(held) else modes[free]
     return np.linalg.qr(kept)[0] if kept.shape[1] else kept
 

@@ -17,9 +17,7 @@ from bipot.typing import Floats, Ints, einsum
 
 @dataclass(frozen=True)
 class Axes:
-    """``rows`` (t, d, d) of orthonormal vectors at the ``nodes`` (t,), in ascending order; all others have the axes of
-    the coordinates.
-    """
+    """Orthonormal ``rows`` (t, d, d) at the ascending ``nodes`` (t,); all others have the axes of the coordinates."""
 
     nodes: Ints
     rows: Floats
@@ -42,11 +40,11 @@ class Axes:
         if not self.turned:
             return vectors
         place = np.minimum(np.searchsorted(self.nodes, nodes), len(self.nodes) - 1)
-        own = self.nodes[place] == nodes
-        found = einsum("pij,pj->pi", self.rows[place[own]], vectors[own])
-        found[np.abs(found) <= ACROSS * norm(found)[:, None]] = 0.0
+        turned = self.nodes[place] == nodes
+        components = einsum("pij,pj->pi", self.rows[place[turned]], vectors[turned])
+        components[np.abs(components) <= ACROSS * norm(components)[:, None]] = 0.0
         out = vectors.copy()
-        out[own] = found
+        out[turned] = components
         return out
 
     def _turned(self, field: Floats, rows: Floats) -> Floats:
@@ -56,4 +54,4 @@ class Axes:
 
 
 STRAIGHT = Axes(np.empty(0, np.intp), np.empty((0, 0, 0)))
-"""The coordinates' own at all nodes."""
+"""The axes of the coordinates at all nodes."""

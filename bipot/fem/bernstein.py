@@ -21,18 +21,18 @@ LEVELS = 12
 """Halvings before a sign is undecided: det J below about 4^-12 of its mean is not distinguished from zero."""
 
 ROUND_OFF, PLAIN = 1e-12, 25.0
-"""Round-off over extent times derivative, in space times its square: above 5000 units in the last place, which products
-of sums of eight terms may reach. More where coefficients exceed values by more than this factor: by 9261 times in H20.
+"""Round-off over extent times derivative, in space times its square: 4500 machine epsilons, more than products of sums
+of eight terms reach. Larger in proportion if coefficients exceed values by more than PLAIN: by 9261 in H20.
 """
 
 
 @dataclass(frozen=True)
 class Basis:
-    """Bernstein polynomials in c coefficients: how they follow from values on the ``grid`` (c, d), and on 2^d parts.
+    """Bernstein polynomials in c coefficients, from values on the ``grid`` (c, d) and on the 2^d parts of the shape.
 
     ``from_values`` (c, c) takes values (c,), a row, to coefficients. Those at ``corners`` are values themselves. Part k
-    is what ``turns`` (2^d, d, d) and ``shifts`` (2^d, d) make of the reference shape, turn x + shift; ``parts``
-    (2^d, c, c) are its coefficients.
+    of the reference shape is turn x + shift by ``turns`` (2^d, d, d) and ``shifts`` (2^d, d); ``parts`` (2^d, c, c)
+    take coefficients on the whole to those on each part.
     """
 
     grid: Floats
@@ -44,18 +44,18 @@ class Basis:
 
     @cached_property
     def round_off(self) -> float:
-        """Of coefficients, over extent times derivatives."""
+        """Relative round-off of coefficients, over extent times derivatives."""
         return ROUND_OFF * max(1.0, float(np.abs(self.from_values).sum(axis=0).max()) / PLAIN)
 
     @staticmethod
     def of(degree: int, element: Element) -> Basis:
-        """Of ``degree`` in each coordinate on the element's square or cube, in all together on other shapes."""
+        """The basis of ``degree`` in each coordinate on squares and cubes, in all together on other shapes."""
         cube, d = element.shape.cube, element.dimension
         at, shape = (_chebyshev(degree), _cube) if cube else (np.linspace(0, 1, degree + 1), _simplex)
         grid = at[_powers(degree, d, cube)]
         inverse = np.asarray(np.linalg.inv(shape(grid, degree)), dtype=np.float64)
         turns, shifts = _halves(element)
-        # Of dyadic numbers: what the inverse has of round-off is taken off again.
+        # The coefficients are multiples of 1/whole: rounding removes the round-off of the inverse.
         whole = 2 ** (d * degree)
         halves = [grid @ turn.T + shift for turn, shift in zip(turns, shifts, strict=True)]
         parts = np.round(whole * np.stack([inverse @ shape(half, degree) for half in halves])) / whole
@@ -75,13 +75,13 @@ def _powers(degree: int, dimension: int, cube: bool) -> Ints:
 
 
 def _halves(element: Element) -> tuple[Floats, Floats]:
-    """Into which parts (2^d, d, d), (2^d, d) halved sides cut the element's shape (:class:`Basis`)."""
+    """Turns (2^d, d, d) and shifts (2^d, d) of the parts into which halved sides cut a shape (:class:`Basis`)."""
     d = element.dimension
     if element.shape.cube:
         shifts = np.array(list(product((0.0, 0.5), repeat=d)))
         return np.broadcast_to(np.eye(d) / 2, (2**d, d, d)), shifts
     middle = element.places[np.array(element.shape.edges)].mean(axis=1)
-    # What the parts at the corners leave: one triangle, or four tetrahedra around a line between two mid-sides.
+    # Beside the parts at the corners: one triangle, or four tetrahedra around a line between two mid-sides.
     left = middle[[(1, 2, 0)]] if d == 2 else middle[[(2, 4, 0, 3), (2, 4, 3, 5), (2, 4, 5, 1), (2, 4, 1, 0)]]
     corner = np.vstack([np.zeros(d), np.eye(d)]) / 2
     vertices = np.concatenate([[corner[k] + corner for k in range(d + 1)], left])
@@ -91,10 +91,10 @@ def _halves(element: Element) -> tuple[Floats, Floats]:
 def _cube(points: Floats, degree: int) -> Floats:
     """Bernstein polynomials (p, (degree + 1)^d) at points (p, d) of the square or cube."""
     n = np.arange(degree + 1)
-    some = np.array([comb(degree, k) for k in n])
+    binomials = np.array([comb(degree, k) for k in n])
     out = np.ones((len(points), 1))
     for t in points.T:
-        along = some * t[:, None] ** n * (1 - t[:, None]) ** (degree - n)
+        along = binomials * t[:, None] ** n * (1 - t[:, None]) ** (degree - n)
         out = (out[:, :, None] * along[:, None, :]).reshape(len(points), -1)
     return out
 
@@ -102,15 +102,15 @@ def _cube(points: Floats, degree: int) -> Floats:
 def _simplex(points: Floats, degree: int) -> Floats:
     """Bernstein polynomials of total ``degree`` at points (p, d) of the triangle or tetrahedron, (p, c)."""
     powers = _powers(degree, points.shape[1], cube=False)
-    every = np.column_stack([powers, degree - powers.sum(axis=1)])
-    many = [factorial(degree) // prod(map(factorial, some)) for some in every.tolist()]
-    weights = np.column_stack([points, 1 - points.sum(axis=1)])
-    return np.array(many) * np.prod(weights[:, None] ** every, axis=2)
+    exponents = np.column_stack([powers, degree - powers.sum(axis=1)])
+    multinomials = [factorial(degree) // prod(map(factorial, term)) for term in exponents.tolist()]
+    barycentric = np.column_stack([points, 1 - points.sum(axis=1)])
+    return np.array(multinomials) * np.prod(barycentric[:, None] ** exponents, axis=2)
 
 
 @dataclass(frozen=True)
 class Least:
-    """Bounds of the least value (e,) of each element; ``upper`` is taken at ``at`` (e, d)."""
+    """Bounds of the least value (e,) of each element; ``upper`` is the value at the place ``at`` (e, d)."""
 
     lower: Floats
     upper: Floats
@@ -120,7 +120,7 @@ class Least:
 def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
     """Bounds of the least value of each polynomial with coefficients D (e, c) in a basis.
 
-    A patch is halved until ``settled(lower, upper, element)`` (p,), from its own lower and its element's upper bound.
+    A patch is halved until ``settled(lower, upper, element)`` (p,), given its lower and its element's upper bound.
     """
     count, d = len(D), form.grid.shape[1]
     lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, d))
@@ -128,7 +128,7 @@ def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bool
     for level in range(LEVELS + 1):
         corners = D[:, form.corners]
         high = corners.min(axis=1)
-        # From the highest down: what is written last, and stays, is the least of its element.
+        # From the highest down, so that the least of each element is written last.
         order = np.argsort(-high)
         order = order[high[order] < upper[element[order]]]
         corner = form.grid[form.corners[corners[order].argmin(axis=1)]]

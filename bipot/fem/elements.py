@@ -1,7 +1,7 @@
 """Reference shapes and quadrature, tabulated once from scikit-fem.
 
-The reference square or cube is scikit-fem's [0, 1]^d, triangle and tetrahedron the part of it below the diagonal.
-Weights sum to what it measures: one, a half, a sixth.
+The reference square or cube is scikit-fem's [0, 1]^d, triangle and tetrahedron are the part of it below the diagonal.
+Weights sum to the measure of the shape: one, a half, a sixth.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ RULES = {
     Element.H8: (Quadrature.GAUSS2, Quadrature.GAUSS3),
     Element.H20: (Quadrature.GAUSS2, Quadrature.GAUSS3),
 }
-"""The rules of an element, its own first: the paper's for Q8, otherwise the smallest without motions free of strain.
+"""The rules of an element, its default first: the paper's for Q8, else the smallest without motions free of strain.
 
 One point for T6 and 2 x 2 for Q9 leave such motions of a whole mesh. The one that 2 x 2 leaves a Q8, and the six that
 eight points leave an H20, exist for a single element only.
@@ -63,7 +63,7 @@ class Reference:
 
     @staticmethod
     def of(element: Any, points: Floats, weights: Floats, order: Iterable[int] = ()) -> Reference:
-        """Any element of scikit-fem at points (q, d), with its nodes in ``order`` if that differs from its own."""
+        """Any element of scikit-fem at points (q, d), with its nodes in ``order``, by default scikit-fem's."""
         basis = [element.lbasis(points.T, i) for i in tuple(order) or range(len(element.doflocs))]
         values = np.column_stack([value for value, _ in basis])
         gradients = np.stack([np.asarray(gradient).T for _, gradient in basis], axis=1)
@@ -83,9 +83,9 @@ def radon7() -> tuple[Floats, Floats]:
 
 
 def gauss(counts: Iterable[int]) -> tuple[Floats, Floats]:
-    """Gauss' rule of so many points along each axis of [-1, 1]^d: points (q, d), weights (q,)."""
+    """Gauss' rule with ``counts`` of points along the axes of [-1, 1]^d: points (q, d), weights (q,)."""
     points, weights = zip(*(np.polynomial.legendre.leggauss(count) for count in counts), strict=True)
-    return np.array(list(product(*points))), np.array([prod(some) for some in product(*weights)])
+    return np.array(list(product(*points))), np.array([prod(factors) for factors in product(*weights)])
 
 
 def triangle(count: int) -> tuple[Floats, Floats]:
@@ -117,7 +117,7 @@ def tetrahedron(count: int) -> tuple[Floats, Floats]:
     if count == 1:
         return np.full((1, 3), 1 / 4), np.full(1, 1 / 6)
     corners, edges = {4: ((((5 - np.sqrt(5)) / 20, 1 / 24),), ()), 14: WALKINGTON}[count]
-    one, two = (np.array([[k in some for k in range(4)] for some in combinations(range(4), n)]) for n in (1, 2))
+    one, two = (np.array([[k in chosen for k in range(4)] for chosen in combinations(range(4), n)]) for n in (1, 2))
     orbits = [np.where(one, 1 - 3 * a, a) for a, _ in corners] + [np.where(two, a, 1 / 2 - a) for a, _ in edges]
     weights = [weight for _, weight in (*corners, *edges)]
     return np.concatenate(orbits)[:, :3], np.repeat(weights, [len(points) for points in orbits])
@@ -127,7 +127,7 @@ WALKINGTON = (
     ((0.31088591926330060980, 0.018781320953002641800), (0.092735250310891226402, 0.012248840519393658257)),
     ((0.045503704125649649492, 0.0070910034628469110730),),
 )
-"""Coordinate and weight of the orbits of his rule of degree five: points on lines to corners, and to mid-sides."""
+"""Coordinates and weights of the orbits of Walkington's rule: points on lines to corners, and to mid-sides."""
 
 RULE: dict[Quadrature, Callable[[int], tuple[Floats, Floats]]] = {
     Quadrature.RADON7: lambda _: radon7(),
@@ -140,7 +140,7 @@ RULE: dict[Quadrature, Callable[[int], tuple[Floats, Floats]]] = {
     Quadrature.TETRAHEDRON4: lambda _: tetrahedron(4),
     Quadrature.TETRAHEDRON14: lambda _: tetrahedron(14),
 }
-"""Points and weights of each, in so many dimensions."""
+"""Points and weights of each rule, given the dimension."""
 
 
 @cache
@@ -152,7 +152,7 @@ def tabulated(element: Element, rule: Quadrature) -> Reference:
 
 @cache
 def tabulated_along(element: Element, counts: tuple[int, ...]) -> Reference:
-    """A square or cube at the points of Gauss' rule with so many along each axis."""
+    """A square or cube at the points of Gauss' rule with ``counts`` along the axes."""
     return _on_cube(element, *gauss(counts))
 
 
@@ -163,7 +163,7 @@ def tabulated_at(element: Element, points: Floats) -> Reference:
 
 @cache
 def facet(nodes: int, dimension: int) -> Reference:
-    """The facet of elements of ``dimension`` d with so many nodes, an edge or a face, with its richest rule.
+    """The facet of elements of ``dimension`` d, an edge or a face with that number of ``nodes``, with its richest rule.
 
     For a square face this is Gauss' rule of three points along both axes, for a triangle that of degree five.
     """

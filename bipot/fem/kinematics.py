@@ -25,7 +25,7 @@ CLOSED_FORMS = {2: plane, 3: solid}
 
 @dataclass(frozen=True)
 class Gradients:
-    """Rows N,1 to N,d and with a ring N/r (e, q, p, k), and physical volume of each point (e, q).
+    """Rows N,1 to N,d, and N/r with a ring, as ``shape`` (e, q, p, k), and the ``volume`` of each point (e, q).
 
     ``projector`` projects the volume change; None leaves it unprojected.
     """
@@ -66,9 +66,9 @@ class Gradients:
 class Kinematics(Gradients):
     """The kinematics of an increment at the points, and the gradients in its configuration of equilibrium.
 
-    Strain increment (e, q, s); ``middle`` (e, q, m) is g where the strain is taken; ``straining`` projects the volume
-    change of the strain, by the weights there; ``half`` is the half rotation of tensors as in :mod:`bipot.fem.plane` or
-    :mod:`bipot.fem.solid`, None where nothing rotates or moves.
+    ``strain`` (e, q, s) is the strain increment and ``middle`` (e, q, m) g where it is taken; ``straining`` projects
+    its volume change, by the weights there; ``half`` is the half rotation of tensors as in :mod:`bipot.fem.plane` or
+    :mod:`bipot.fem.solid`, None if nothing rotates or moves.
     """
 
     strain: Floats
@@ -106,7 +106,7 @@ class Kinematics(Gradients):
 
     @cached_property
     def _whole(self) -> Floats | None:
-        """The whole rotation, in the form of the half one."""
+        """The whole rotation, in the same form as :attr:`half`; None if nothing rotates."""
         return None if self.half is None else CLOSED_FORMS[self.reduction.dimension].twice(self.half)
 
     @property
@@ -148,7 +148,7 @@ def gradients(
     inverse /= determinant[..., None, None]
     (e, q), k, d = determinant.shape, x.shape[1], reduction.dimension
     shape = np.empty((e, q, reduction.rows, k))
-    # Point by point of the rule, one product for all elements: one for each point of each takes three times as long.
+    # One product of all elements for each point of the rule takes a third of the time of one for each pair.
     slopes = inverse.transpose(1, 0, 2, 3).reshape(q, e * d, d) @ reference.gradients.transpose(0, 2, 1)
     shape[:, :, :d] = slopes.reshape(q, e, d, k).transpose(1, 0, 2, 3)
     volume = determinant * reference.weights
@@ -161,7 +161,7 @@ def gradients(
 
 
 def refuse_inverted(positive: Floats, name: str, nodes: Floats, elements: Ints) -> None:
-    """Require ``positive`` (e, q), the quantity ``name``, to be so in ``elements`` (e, k) of the ``nodes`` (a, d)."""
+    """Refuse ``elements`` (e, k) of ``nodes`` (a, d) in which ``positive`` (e, q), called ``name``, is not."""
     if positive.min() > 0:
         return
     worst = int(np.unravel_index(np.argmin(positive), positive.shape)[0])

@@ -50,10 +50,10 @@ DEGREES = {
     Element.H8: 2,
     Element.H20: 5,
 }
-"""Of det J: in every coordinate on squares and cubes, in all together on triangles and tetrahedra."""
+"""Degrees of det J: in each coordinate on squares and cubes, in all together on triangles and tetrahedra."""
 
 BELOW = 1e-3
-"""How far below the least det J its lower bound may be, over the bound."""
+"""How far the lower bound of the least det J may be below the upper one, over the latter."""
 
 AXIS = 1e-12
 """A node this near the axis, over the largest radius, lies on it."""
@@ -61,19 +61,19 @@ AXIS = 1e-12
 
 @cache
 def basis(element: Element) -> Basis:
-    """That of det J."""
+    """The basis of det J."""
     return Basis.of(DEGREES[element], element)
 
 
 @cache
 def _slopes(element: Element) -> Floats:
-    """d/dxi at the points of the grid, then d/deta and so on (k, d c), from nodal values."""
+    """Map (k, d c) from nodal values to d/dxi at the points of the grid, then d/deta and so on."""
     gradients = tabulated_at(element, basis(element).grid).gradients
     return gradients.transpose(1, 2, 0).reshape(element.nodes, -1)
 
 
 def _element(x: Floats) -> Element:
-    """What elements with nodes x (e, k, d) are."""
+    """The kind of elements with nodes x (e, k, d)."""
     return Element.of(*x.shape[1:])
 
 
@@ -85,13 +85,13 @@ def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
 
 
 def _noise(extent: Floats, steepest: Floats, element: Element) -> Floats:
-    """Round-off of D in elements of this extent, of which no coordinate has steeper derivatives."""
+    """Round-off of D in elements of this ``extent`` with ``steepest`` derivatives of coordinates."""
     return 2 * basis(element).round_off * extent * steepest ** (element.dimension - 1)
 
 
 def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
     """D (e, c), the coordinates (d, e, k) from the first node, and derivatives (d, e, d c) on the grid."""
-    # Direction first: one dense product instead of one an element.
+    # Directions first: one dense product instead of one for each element.
     local = np.ascontiguousarray(x.transpose(2, 0, 1))
     local -= local[:, :, :1].copy()
     element, d = _element(x), x.shape[2]
@@ -109,7 +109,7 @@ def _determinant(slopes: Floats) -> Floats:
 
 
 def scaled_jacobians(nodes: Floats, elements: Ints) -> Floats:
-    """min det J over the element / mean det J (e,): a lower bound, below it by :data:`BELOW` of it at most.
+    """A lower bound (e,) of min det J / mean det J of each element, off by at most :data:`BELOW` of it.
 
     1 for parallelograms and straight triangles, not positive where folded (within 4^-LEVELS); minus infinity where the
     mean is not positive.
@@ -136,7 +136,7 @@ def refuse_folded(
     """
     x = np.concatenate([nodes.take(elements, axis=0) for nodes in placements.values()])
     D, local, slopes = _coefficients(x)
-    # The round-off of the largest element is more than any other's: the usual answer costs no look at each.
+    # The round-off of the largest element is a bound for all: usually no element need be examined by itself.
     clear = D.min() > _noise(np.abs(local).max(), np.abs(slopes).max(), _element(x))
     fault = None if clear else _folded(x, straight)
     if fault is None and geometry is Geometry.AXISYMMETRIC:
@@ -162,7 +162,7 @@ def _folded(x: Floats, straight: bool) -> Fault | None:
     D, noise = determinant_coefficients(x)
     positive = D > noise[:, None]
     if straight and _element(x) is Element.Q4:
-        # its coefficients are the values at its corners
+        # Its coefficients are the values at its corners.
         flat = np.abs(D) <= STRAIGHT * D.mean(axis=1, keepdims=True)
         positive |= flat & (positive.sum(axis=1, keepdims=True) == D.shape[1] - 1)
     elif straight and _element(x) is Element.H8:
@@ -202,7 +202,7 @@ def _lifted(D: Floats) -> Floats:
 
 @cache
 def _on_edges() -> tuple[Ints, tuple[tuple[int, tuple[int, int]], ...], Ints]:
-    """Of a brick's coefficients: those at its corners (8,), those in the middle of edges with both ends, its faces."""
+    """Numbers of a brick's coefficients at corners (8,) and in the middle of edges, with their ends, and its faces."""
     form, shape = basis(Element.H8), Element.H8.shape
     places = np.array(shape.corners, dtype=float)
     at_corner = same_places(places, form.grid)

@@ -66,12 +66,12 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
 
 
 def part(half: Floats, points: slice) -> Floats:
-    """Those of some points along their first axis."""
+    """The half rotations of some points, a slice of their first axis."""
     return half[:, points]
 
 
 def turn(tensor: Floats, rotation: Floats) -> Floats:
-    """The Mandel tensors (..., 4) turned by theta, of which the ``rotation`` is (cos 2 theta, sin 2 theta) (2, ...).
+    """Mandel tensors (..., 4) turned by theta, with ``rotation`` = (cos 2 theta, sin 2 theta) (2, ...).
 
     >>> turn(np.array([1.0, 0.0, 0.0, 0.0]), np.array([-1.0, 0.0])).round(12)
     array([0., 1., 0., 0.])
@@ -89,7 +89,7 @@ def turn(tensor: Floats, rotation: Floats) -> Floats:
 
 
 def twice(half: Floats) -> Floats:
-    """The rotation by 2 theta."""
+    """The rotation by 2 theta from that by theta, both as (cos, sin) of twice their angle."""
     c, s = half
     return np.stack([c * c - s * s, 2 * c * s])
 
@@ -97,13 +97,13 @@ def twice(half: Floats) -> Floats:
 def strain_by_gradient(
     reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: float
 ) -> Floats:
-    """d e / d g (..., 4, m) of the strain e with g of the end, the rotation of the stress counted as strain.
+    """d e / d g (..., 4, m) of the strain e by g at the end, the rotation of the stress counted as strain.
 
-    ``rotated`` (..., 4) is R sigma_n R'. Turning it by d angle is the elastic work of the trace-free strain
-    d turned(rotated)/d angle / (2 G), G = ``shear``. A change dg of the end is (I - G/2) dg (I + G/2) at the middle,
-    that of the hoop strain (1 - h^2/4) dh.
+    ``rotated`` (..., 4) is R sigma_n R'. Turning it by an angle changes the stress as the trace-free elastic strain
+    d rotated/d angle / (2 ``shear``) does. A change dG at the end is (I - G/2) dG (I + G/2) at the middle, with the G
+    there, and of the hoop strain (1 - h^2/4) dh.
     """
-    # Component by component in memory: each formula is then one of whole vectors, not of small matrices at points.
+    # With components first in memory each formula is one of whole vectors, not of small matrices at points.
     c, s = half.reshape(2, -1)
     e, g = _by_component(strain + rotated / shear), _by_component(middle) / 2
     out = (ROTATIONS @ np.stack([np.ones_like(c), c, s])).reshape(MANDEL, 5, -1)
@@ -127,5 +127,5 @@ def strain_by_gradient(
 
 
 def _by_component(vectors: Floats) -> Floats:
-    """Vectors (..., m) as (m, p) of p points."""
+    """Vectors (..., m) at p points as (m, p)."""
     return np.ascontiguousarray(vectors.reshape(-1, vectors.shape[-1]).T)

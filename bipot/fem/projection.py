@@ -47,7 +47,7 @@ VOLUMES = {
     Element.H8: (VolumeChange.P0, VolumeChange.AS_IS),
     Element.H20: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
 }
-"""The choices of an element, its own first: the most constraints that its displacements can satisfy.
+"""The choices of an element, its default first: the most constraints that its displacements can satisfy.
 
 P1 of T6 would have as many constraints as unknowns, and T3 can satisfy none.
 """
@@ -67,7 +67,7 @@ class Projector:
         return self.spread @ (self.weight[..., None] * values)
 
     def part(self, elements: slice) -> Projector:
-        """That of some elements."""
+        """Pi of some elements."""
         return Projector(self.spread[elements], self.weight[elements])
 
     def left(self, rows: Floats) -> Floats:
@@ -90,7 +90,7 @@ class Projection:
         ones = np.ones((len(elements), len(reference.weights), 1))
         if volume is VolumeChange.P0:
             return Projection(read_only(ones, np.float64))
-        # from the middle of the element and over its size: the same in every unit, and phi' w phi as well conditioned
+        # From the element's middle, over its size: phi' w phi depends on neither units nor place.
         x = (x - x.mean(axis=1, keepdims=True)) / np.ptp(x, axis=(1, 2))[:, None, None]
         return Projection(read_only(np.concatenate([ones, reference.values @ x], axis=2), np.float64))
 
@@ -98,7 +98,7 @@ class Projection:
         """Pi at the weights (e, q).
 
         Raises:
-            InvertedElement: weights of an element of which one is all, to round-off, as where a trial nearly folds it.
+            InvertedElement: one weight of an element is all of its sum, to round-off: a trial nearly folds it.
         """
         phi = self.functions
         across = phi.transpose(0, 2, 1)

@@ -53,7 +53,7 @@ class Reduction:
 
     @property
     def extents(self) -> int:
-        """Power of length in volumes: per unit of thickness in plane strain, of the whole ring on a meridian."""
+        """Power of length in volumes: in plane strain per unit of thickness, on a meridian of the whole ring."""
         return self.rows
 
     @property
@@ -63,12 +63,12 @@ class Reduction:
 
     @cached_property
     def places(self) -> tuple[tuple[int, int], ...]:
-        """The displacement and the row of the gradients that make each entry of g."""
+        """For each entry of g the number of its displacement and the row of its gradient."""
         return tuple((0, 2) if self.ring and entry == HOOP else entry for entry in self.entries)
 
     @cached_property
     def diagonal(self) -> Ints:
-        """Which entries of g are on the diagonal of H: their sum is its trace."""
+        """Numbers of the entries of g on the diagonal of H, whose sum is its trace."""
         return read_only(np.flatnonzero([i == j for i, j in self.entries]), np.intp)
 
     @cached_property
@@ -78,19 +78,19 @@ class Reduction:
 
     @cached_property
     def embedding(self) -> Floats:
-        """H (m, 9), by rows, of each entry of g."""
+        """The tensor H (m, 9), by rows, of each unit entry of g."""
         return read_only(np.eye(9)[[3 * i + j for i, j in self.entries]], np.float64)
 
     @cached_property
     def copied(self) -> tuple[Ints, Floats]:
-        """Which Mandel component (m,) each entry of t = ``symmetric``' sigma is, and times what (m, 1)."""
+        """Mandel components (m,) of which the entries of t = ``symmetric``' sigma are multiples, and factors (m, 1)."""
         component = np.argmax(self.symmetric, axis=0)
         factor = self.symmetric[component, np.arange(len(component))]
         return read_only(component, np.intp), read_only(factor[:, None], np.float64)
 
     @cached_property
     def row_forces(self) -> Floats:
-        """Factors (s, d p) of each row of the gradients in the forces along each axis, from a Mandel stress."""
+        """From a Mandel stress the factors (s, d p) of the rows of the gradients in the forces along each axis."""
         out = np.zeros((self.mandel, self.dimension, self.rows))
         for a, (i, row) in enumerate(self.places):
             out[:, i, row] += self.symmetric[:, a]
@@ -98,7 +98,7 @@ class Reduction:
 
     @cached_property
     def moving(self) -> Floats:
-        """Coefficients (s, m m) of the stress in d(w D' t)/dg over w: d w = w div, d N,j = -N,l g_lj.
+        """From a Mandel stress (d(w D' t)/dg)/w (s, m m) at fixed stress: d w = w div, d N,j = -N,l g_lj.
 
         With t = ``symmetric``' sigma it is t x trace, less t_ij in row (i, l) and column (l, j).
         """
@@ -122,7 +122,7 @@ class Geometry(Enum):
 
     @property
     def reduction(self) -> Reduction:
-        """Its tables."""
+        """The tables of this geometry."""
         return _REDUCTIONS[self.value]
 
 

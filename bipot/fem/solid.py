@@ -24,7 +24,7 @@ GENERATORS.flags.writeable = False
 """E_a with E_a v = e_a x v."""
 
 AXIAL = read_only(-GENERATORS.swapaxes(0, 1) / 2, np.float64)
-"""What makes the entries of a skew tensor's axial vector (3, 3, 3), columns first: -E_a / 2."""
+"""Coefficients (3, 3, 3), columns first, of the entries of a skew tensor's axial vector: -E_a / 2."""
 
 
 def cofactors(J: Floats) -> tuple[Floats, Floats]:
@@ -38,7 +38,7 @@ def cofactors(J: Floats) -> tuple[Floats, Floats]:
 
 
 def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]:
-    """g of H (I - H/2)^-1 (..., m), and what has to be positive: det (I - H/2)."""
+    """g of H (I - H/2)^-1 (..., m), and the quantity that must be positive: det (I - H/2)."""
     H = _spread(g, reduction)
     turned, ratio = cofactors(EYE - H / 2)
     if not ratio.min() > 0:
@@ -55,7 +55,7 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
 
 
 def part(half: Floats, points: slice) -> Floats:
-    """Those of some points along their first axis."""
+    """The half rotations of some points, a slice of their first axis."""
     return half[points]
 
 
@@ -76,8 +76,8 @@ def strain_by_gradient(
 ) -> Floats:
     """d e / d g (..., s, m): see :func:`bipot.fem.plane.strain_by_gradient`.
 
-    A change dH of the gradient is L dH R at the middle, L = I - H/2 and R = I + H/2 with H that of the middle; by it
-    changes F : Q_h L dH R Q_h' for each symmetric F of the Mandel basis. With p = w/2 the whole rotation spins by
+    A change dH of the gradient is L dH R at the middle, with L = I - H/2, R = I + H/2 and the H there. The component
+    along each symmetric F of the Mandel basis changes by F : Q_h L dH R Q_h'. With p = w/2 the whole rotation spins by
     2 (dp + p x dp) / (1 + p.p), and the half one by (I + Q_h)^-1 = (I - c/(1 + c) P) / 2 times that, c = cos of its
     angle and P v = p x v.
     """
@@ -89,7 +89,7 @@ def strain_by_gradient(
     whole = c**2 * (EYE + P)
     by_half = (EYE - c / (1 + c) * P) @ whole / 2
     turning = _turn(strain) @ by_half + _turn(rotated / (2 * shear)) @ whole
-    # Over (j, s, i): each product is one of matrices on what the last left in memory.
+    # In the order (j, s, i) each product is one of matrices on the last one as it lies in memory.
     out = _between(R @ half.swapaxes(-1, -2), _symmetric(s), half @ L)
     out += turning[..., None, :, :] @ _between(R, AXIAL, L)
     by_column = np.ascontiguousarray(out.swapaxes(-3, -2)).reshape(*points, s, 9)
@@ -124,13 +124,13 @@ def _cross(w: Floats) -> Floats:
 
 
 def _turn(tensor: Floats) -> Floats:
-    """E_a t - t E_a (..., s, 3) for each axis."""
+    """E_a t - t E_a (..., s, 3) of Mandel tensors t for each axis a."""
     return contract(tensor, _turns(tensor.shape[-1])).reshape(*tensor.shape, 3)
 
 
 @cache
 def _turns(size: int) -> Floats:
-    """What makes the (s, 3) entries of all E_a t - t E_a of a Mandel tensor (s, 3 s)."""
+    """Coefficients (s, 3 s) that make the (s, 3) entries of E_a t - t E_a from a Mandel tensor t."""
     full = mandel_to_full(size)
     T = full.reshape(size, 1, 3, 3)
     out = (GENERATORS @ T - T @ GENERATORS).reshape(size, 3, 9) @ full.T

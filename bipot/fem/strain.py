@@ -7,9 +7,9 @@ gradient at the end, that at the middle is H (I - H/2)^-1. The rotation of spin 
 ``small``: the same on the configuration at rest: small strains and rotations, in which a limit load is a plateau if the
 element has one. Gaps are those at the current positions, where elements must not be folded.
 
-The element tangent d f / d dU: in the last two nothing moves and K_e is that of (25). In ``midpoint`` the strain, the
-rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the stress dual to g
-(D maps an element's displacements to g):
+The element tangent is K_e = d f / d dU. In the last two measures nothing moves and it is that of (25). In ``midpoint``
+the strain, the rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the
+stress dual to g (D maps an element's displacements to g):
 
     K_e = sum_q w D' [ J C_alg (d e / d g) + Q ] D,     t = J s,    Q = t x trace + d(D' t)/dg at fixed t.
 
@@ -33,7 +33,7 @@ from bipot.tensors import contract, trace
 from bipot.typing import Floats, Ints
 
 TOGETHER = 2**16
-"""Entries of D that are computed at a time, half a megabyte."""
+"""Number of entries of D that are computed at a time: half a megabyte."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +51,12 @@ class Scratch:
 
     @staticmethod
     def of(elements: int, points: int, unknowns: int, reduction: Reduction) -> Scratch:
-        """For e elements of q points and dk unknowns."""
+        """Memory for e ``elements`` of q ``points`` and dk ``unknowns`` each."""
         m = len(reduction.entries)
-        some = max(min(elements, TOGETHER // (points * m * unknowns)), 1)
-        size = (some, points, m, unknowns)
-        square = np.empty((some, points, m, m)), np.empty((elements, unknowns, unknowns))
-        return Scratch(square[0], np.zeros(size), np.empty(size), square[1])
+        p = max(min(elements, TOGETHER // (points * m * unknowns)), 1)
+        size = (p, points, m, unknowns)
+        K = np.empty((elements, unknowns, unknowns))
+        return Scratch(np.empty((p, points, m, m)), np.zeros(size), np.empty(size), K)
 
     def part(self, elements: slice) -> Scratch:
         """The memory for some elements, no more than p."""
@@ -75,7 +75,7 @@ class Stresses:
     bulk: float
 
     def part(self, elements: slice) -> Stresses:
-        """Those of some elements."""
+        """The stresses of some elements."""
         moduli = self.moduli if self.moduli.ndim == 2 else self.moduli[elements]
         return replace(self, rotated=self.rotated[elements], returned=self.returned[elements], moduli=moduli)
 
@@ -96,10 +96,10 @@ class Measure(Protocol):
         geometry: Geometry,
         projection: Projection | None = None,
     ) -> Kinematics:
-        """Kinematics of one increment ``du`` (a, d) from the configuration ``nodes`` (a, d), tr e by ``projection``.
+        """Kinematics of an increment ``du`` (a, d) from the configuration ``nodes`` (a, d), tr e by ``projection``.
 
         Raises:
-            InvertedElement: in a configuration that the measure evaluates.
+            InvertedElement: an element is inverted in a configuration that the measure evaluates.
         """
         ...
 
@@ -123,7 +123,7 @@ class Fixed:
     at_rest: bool = False
 
     def origin(self, rest: Floats, nodes: Floats) -> Floats:
-        """That configuration."""
+        """The configuration ``rest`` or ``nodes``."""
         return rest if self.at_rest else nodes
 
     def increment(
@@ -142,7 +142,7 @@ class Fixed:
         return Kinematics(**vars(start), strain=strain, middle=g, straining=start.projector)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
-        """That of (25)."""
+        """K_e of (25)."""
         return element_stiffness(kin, stresses.moduli)
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
@@ -159,7 +159,7 @@ class Midpoint:
     """Strain at the middle, equilibrium at the end."""
 
     def origin(self, rest: Floats, nodes: Floats) -> Floats:
-        """Where the body has come to."""
+        """The current configuration, ``nodes``."""
         return nodes
 
     def increment(
@@ -179,14 +179,14 @@ class Midpoint:
             refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes, elements)
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn(contract(middle, reduction.symmetric.T), half)
-        # Volumes at the middle: of those at the end the change of volume would be off by first order in the increment.
+        # With volumes at the end instead of the middle, accumulated volume changes are off by order one.
         straining = None if projection is None else projection.at(end.volume * np.exp(-trace(strain) / 2))
         return Kinematics(
             **vars(end), strain=strained(strain, straining), middle=middle, straining=straining, half=half
         )
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
-        """In ``scratch.K``."""
+        """See :class:`Measure`; in ``scratch.K``."""
         step = len(scratch.D)
         for begin in range(0, len(scratch.K), step):
             some = slice(begin, min(begin + step, len(scratch.K)))
@@ -210,11 +210,11 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     by_g = CLOSED_FORMS[reduction.dimension].strain_by_gradient(
         reduction, kin.middle, kin.half, kin.strain, s.rotated, s.shear
     )
-    # SYMMETRIC' times it: rows are only copied, those of shear twice.
+    # The product with symmetric' only copies rows, those of shear twice.
     component, factor = reduction.copied
     Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
     Z *= kin.volume[..., None, None] * factor
-    # w D' t changes with the end at fixed stress, too.
+    # Q: at fixed stress w D' t changes, too.
     Z += contract(kin.volume[..., None] * s.returned, reduction.moving).reshape(Z.shape)
     np.matmul(Z, scratch.D, out=scratch.ZD)
     e, n, _ = scratch.K.shape
@@ -227,17 +227,17 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
 def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, bulk: float) -> Floats:
     """The term that projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
 
-    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. Weights that move by
-    w (V - d theta/2) move Pi theta by phi (phi' w phi)^-1 phi' w (theta - Pi theta) (V - d theta/2).
+    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. As weights change by
+    w (V - d theta/2), Pi theta changes by phi (phi' w phi)^-1 phi' w (theta - Pi theta) (V - d theta/2).
     """
-    V, by_motion = trace_rows(D, kin.reduction), (by_g[:, :, None] @ D)[:, :, 0]
-    left = (kin.divergence - trace(kin.strain))[..., None] * (V - by_motion / 2)
-    moved = projector.of(left + by_motion) - by_motion
-    return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ moved
+    V, d_theta = trace_rows(D, kin.reduction), (by_g[:, :, None] @ D)[:, :, 0]
+    by_weights = (kin.divergence - trace(kin.strain))[..., None] * (V - d_theta / 2)
+    change = projector.of(by_weights + d_theta) - d_theta
+    return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ change
 
 
 class Configuration(Enum):
-    """Names of the strain measures."""
+    """The strain measures by name (module docstring)."""
 
     MIDPOINT = "midpoint"
     PAPER = "paper"

@@ -1,25 +1,25 @@
 r"""Motions without strain: what few integration points leave beside the rigid ones.
 
-Eight points of an H20 see six of its motions as none. Elements beside each other stop them where they share faces along
-two of their three axes; in a row of single ones each keeps a motion of its own, of which an answer may have any amount.
-One element of a volume change that is projected on constants has motions like that, too, and so have triangles and
-tetrahedra of it with their middles in one plane (:func:`kept_by_means`). Nodes that are moved out of a
-row make them a little stiff, in proportion to the square of the distance: where that is a twentieth of an element, a
-force at a node of a row still moves it many times as far as it should.
+Eight points of an H20 do not see the strain of six of its motions. Neighbours stop these if the element shares faces
+along two of its three axes; in a row of single elements each keeps a motion of its own, of which an answer may have any
+amount. A single element whose volume change is projected on constants also has such motions, and so have triangles and
+tetrahedra with middles in one plane (:func:`kept_by_means`). In a row with nodes out of line these motions are a little
+stiff, in proportion to the square of the offset: if that is a twentieth of an element, a force at a node still moves it
+many times as far as it should.
 
-With K the stiffness as it is integrated and projected and K_f a fuller one, both of one elastic material, a motion v is
-without strain, or nearly so, where v'K v < least v'K_f v. There are such motions where
+With K the stiffness as integrated and projected and K_f a fuller one, both of one elastic material, a motion v is
+without strain, or nearly so, if v'K v < least v'K_f v. There are such motions if
 
     K - least K_f + SHIFT diag K
 
-is not positive definite: a rigid one, of which both are zero, has the last alone. K_f has the volume change as it is,
-and three points along the axes of an element across which it is alone, where such motions vary. Along the others it
-has those of the rule: three points there are too stiff for elements that are thin and bent or curved, by a factor that
-such motions need not reach. Elements that may not have them are left out. Rows of even elements have v'K v = 0, with
-nodes moved by up to 15 % of an element 0.015 v'K_f v at most. Two elements between clamped faces have 0.003 to 0.007
-with nodes moved by 5 %, where a force at a node is answered 14 to 25 times as far as by three points, 0.01 to 0.025
-with 10 %, where it is 5 to 8 times, and at most 0.041 with 15 %. A single one between such faces has 0.5, a frame of
-one between its corners 0.095, where it is 1.5 times.
+is not positive definite. (For rigid motions only the last term is not zero.) K_f has the volume change as it is. It has
+three points along those axes of an element along which it has no neighbour, where such motions vary. Along the others
+it has the points of the rule, because three are too stiff for elements that are thin and bent or curved, by a factor
+that such motions need not reach. Elements that cannot have such motions do not count in K_f. Rows of even elements have
+v'K v = 0, with nodes moved by up to 15 % of an element 0.015 v'K_f v at most. Two elements between clamped faces have
+0.003 to 0.007 with nodes moved by 5 %, where a force at a node is answered 14 to 25 times as far as by three points,
+0.01 to 0.025 with 10 %, where it is 5 to 8 times, and at most 0.041 with 15 %. A single one between such faces has 0.5,
+a frame of one between its corners 0.095, where it is 1.5 times.
 
 Quadratic elements whose volume change is projected on constants are softer, and have bounds of their own. Hexahedra of
 H20 in a slab of one layer have 0.025 and less, and 2 x 2 x 2 of them with eight points 0.027, where tractions that are
@@ -50,29 +50,29 @@ from bipot.tensors import identity, norm
 from bipot.typing import Bools, Floats, Ints, einsum
 
 LEAST, LEAST_LEVEL, LEAST_WEAK = 0.05, 0.12, 0.033
-"""The ``least`` of the module docstring: of a rule alone, of a volume change that elements level in space, and of all
-elements together."""
+"""The ``least`` of the module docstring: of elements alone or in a row, of tetrahedra with middles nearly in one plane,
+and of all elements whose volume change is projected on constants."""
 
 SHIFT = 1e-11
-"""Share of the diagonal of K that makes rigid motions definite."""
+"""Share of the diagonal of K that makes K definite for rigid motions."""
 
 LEVEL = 0.55
-"""The part of conformal motions that is kept by elements, below which others or supports must hold them."""
+"""Part of conformal motions kept by elements, below which other elements or supports must hold these."""
 
 ASKEW = 1e-3
-"""The most of a facet's normal, as the sine of an angle, along which nodes may move that are held along it."""
+"""Largest part of a facet's normal along which nodes that count as held along it may still move."""
 
 WAYS = {Geometry.SOLID: slice(None), Geometry.AXISYMMETRIC: slice(1, 2), Geometry.PLANE_STRAIN: slice(0)}
-"""Along which coordinates the b of :func:`kept_by_means` may be."""
+"""The coordinates along which the b of :func:`kept_by_means` may be."""
 
 FLAT = 1e-14
-"""Of a second moment, over the largest of the same body, what is no more than round-off."""
+"""Round-off of second moments, over the largest of the same body."""
 
 NONE = np.empty(0, dtype=np.intp)
 
 
 def alone(mesh: Mesh, held: Ints = NONE, axes: Axes = STRAIGHT) -> Bools:
-    """Which hexahedra (e,) have others beside them along less than two of their axes; of other elements along none.
+    """Whether hexahedra (e,) have neighbours along fewer than two of their axes, other elements along none.
 
     A face that is held along its normal has the element's mirror image beside it.
 
@@ -85,7 +85,7 @@ def alone(mesh: Mesh, held: Ints = NONE, axes: Axes = STRAIGHT) -> Bools:
 
 
 def _beside(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
-    """Along which of their axes (e, d) squares and cubes have others beside them; of other shapes one column (e, 1)."""
+    """Whether squares and cubes have neighbours along each axis (e, d); other shapes, whether any at all (e, 1)."""
     opposite = mesh.element.opposite
     if opposite is None:
         return np.atleast_2d(mesh.shared.any(axis=1)).T
@@ -94,7 +94,7 @@ def _beside(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
 
 
 def _mirrored(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
-    """Which facets (e, m) of squares or cubes have all of their nodes held along their normal."""
+    """Whether all nodes of facets (e, m) of squares or cubes are held along the facet's normal."""
     free = np.ones(mesh.nodes.shape, dtype=bool)
     free.flat[held] = False
     facets = mesh.elements[:, mesh.element.facets]
@@ -111,7 +111,7 @@ def _mirrored(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
 def require_strained(
     mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeChange, held: Ints, axes: Axes
 ) -> None:
-    """Refuse a rule and a volume change that leave motions without strain to a mesh so held: any amount would do."""
+    """Refuse a rule and a volume change that leave motions without strain to a mesh with unknowns ``held``."""
 
     def loose(rule: Quadrature, volume: VolumeChange) -> Ints:
         return strainless(mesh, geometry, rule, volume, held, axes)
@@ -133,7 +133,7 @@ def require_strained(
 
 
 def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeChange, held: Ints, axes: Axes) -> Ints:
-    """Elements (n,) with motions without strain, unknowns ``held`` along ``axes`` at rest; none where none has any."""
+    """Elements (n,) that have motions without strain, with unknowns ``held`` along ``axes``; empty if none has."""
     if not mesh.element.quadratic:
         return NONE
     # Constants hold quadratic elements so weakly that those beside each other may have such motions, too.
@@ -147,7 +147,7 @@ def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeC
 
 
 def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> Ints:
-    """Triangles or tetrahedra (n,) that constants may leave conformal motions: middles nearly are in one plane."""
+    """Triangles or tetrahedra (n,), middles nearly in one plane, to which constants may leave conformal motions."""
     if volume is not VolumeChange.P0 or mesh.element.shape.cube:
         return NONE
     return np.flatnonzero(kept_by_means(mesh, geometry) < LEVEL)
@@ -165,7 +165,7 @@ def all_strained(
 ) -> bool:
     """Whether all motions of the elements ``loose`` (n,) but rigid ones have v'K v > ``least`` v'K_f v.
 
-    Where the rule alone does not tell, it is found by a factorisation.
+    This is found by a factorisation, unless the rule alone decides.
     """
     fullest = max(RULES[mesh.element], key=lambda other: len(tabulated(mesh.element, other).weights))
     if rule is fullest and volume is VolumeChange.AS_IS:
@@ -181,7 +181,7 @@ def all_strained(
 def _fuller(
     mesh: Mesh, rule: Quadrature, fullest: Quadrature, loose: Ints, shared: Bools
 ) -> Iterator[tuple[Ints, Reference]]:
-    """The elements ``loose`` (n,) in groups, and the points of K_f in them: by the axes (n, d) that are ``shared``."""
+    """The elements ``loose`` (n,) in groups with K_f's points, by the axes (n, d) along which faces are ``shared``."""
     if rule is not Quadrature.GAUSS2:
         yield loose, tabulated(mesh.element, fullest)
         return
@@ -191,7 +191,7 @@ def _fuller(
 
 
 def _stiffness(free: Space, table: Reference, volume: VolumeChange, some: slice | Ints = slice(None)) -> Floats:
-    """That of ``some`` elements (e, dk, dk) at rest, of a material with a Poisson's ratio of a quarter."""
+    """Stiffness (e, dk, dk) of ``some`` elements at rest, of a material with a Poisson's ratio of a quarter."""
     mesh, elements = free.mesh, free.mesh.elements[some]
     projection = Projection.of(volume, mesh.nodes, elements, table)
     placed = gradients(mesh.nodes, elements, table, free.geometry, projection)

@@ -20,13 +20,13 @@ from bipot.tensors import norm
 from bipot.typing import Floats, Ints, einsum
 
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
-"""Takes x' of an edge that runs anticlockwise to the outward normal n ds."""
+"""Turns x' of an edge that runs anticlockwise to the outward normal n ds."""
 
 
 def facet_mass(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
     """M_ij = int N_i N_j dA (f, n, n) over facets (f, n) of node numbers; the full ring when axisymmetric.
 
-    On curved facets not exact (module docstring).
+    It is not exact on curved facets (module docstring).
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> facet_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).sum()
@@ -75,12 +75,12 @@ def _normals(x: Floats, table: Reference) -> Floats:
 
 
 def _normals_by_nodes(x: Floats, table: Reference) -> Floats:
-    """Their derivatives (f, q, d, n, d) by the nodes."""
+    """The derivatives (f, q, d, n, d) of the area vectors by the nodes."""
     if x.shape[2] == 2:
         slopes = einsum("qb,ij->qibj", table.gradients[..., 0], TURN)
         return np.broadcast_to(slopes, (len(x), *slopes.shape))
     first, second = _slopes(x, table)
-    # Row j of np.cross(v, 1) is v x e_j: what a change along e_j of what v is multiplied by makes.
+    # Row j of np.cross(v, 1) is v x e_j, the change of v x u as u changes along e_j.
     by_second, by_first = (np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2) for v in (first, second))
     changes = einsum("fqij,qb->fqibj", by_second, table.gradients[..., 1])
     return changes - einsum("fqij,qb->fqibj", by_first, table.gradients[..., 0])

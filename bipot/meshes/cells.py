@@ -21,10 +21,10 @@ SMALLEST = 1e-8
 """Least size of an element of a graded mesh over the side."""
 
 SLENDEREST = 1e6
-"""Largest ratio of the sides of a body: beyond it the places along the shorter are lost in round-off of the longer."""
+"""Largest ratio of the sides of a body: beyond it places along the shorter one are lost in round-off."""
 
 SAME_SIDES = 1e-9
-"""Relative difference of sides that is round-off, of a ratio or of a wall that is the difference of two radii."""
+"""Relative round-off of sides, as of a wall that is the difference of two radii."""
 
 HALVINGS = 60
 """Halvings of the bracket of a growth factor, to round-off."""
@@ -34,7 +34,7 @@ HALVINGS = 60
 class Fine:
     """A grading of a side: its last ``length`` in ``elements`` of one size, from which the others grow by one factor.
 
-    It is for a side whose end rolls onto a tool: the force jumps as a node lands, in proportion to the size there.
+    It is for a side with an end that rolls onto a tool: the force jumps as a node lands, in proportion to the size.
     """
 
     length: float
@@ -50,8 +50,8 @@ class Fine:
         """Ends (count + 1,) of the elements along a side from ``start`` to ``end``.
 
         Raises:
-            SceneError: a length that is not a part of the side, or no element, or only smaller ones, left for the rest
-                of the side.
+            SceneError: a length that is not a part of the side, or no element, or only smaller ones, left for the
+                rest.
 
         >>> Fine(1.0, 2).ends(0.0, 4.0, 4).round(3).tolist()
         [0.0, 2.0, 3.0, 3.5, 4.0]
@@ -75,7 +75,7 @@ class Fine:
 
 
 class MeshParts(NamedTuple):
-    """Nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name: the parts of a mesh."""
+    """The parts of a mesh: nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name."""
 
     nodes: Floats
     elements: Ints
@@ -88,13 +88,13 @@ class MeshParts(NamedTuple):
 
 
 def require_sides(**sides: float) -> None:
-    """Refuse the lengths of the sides of a body, by name, where they make none.
+    """Refuse lengths of sides, by name, with which there is no body.
 
     Raises:
-        SceneError: one that is not finite and > 0, requires other units, or is more than SLENDEREST times another.
+        SceneError: a length that is not finite and > 0, requires other units, or is more than SLENDEREST times another.
     """
     require_positive(**sides)
-    # In NumPy's other precisions the largest length is infinite.
+    # In shorter precisions of NumPy the largest length would be infinite.
     lengths = {field: float(length) for field, length in sides.items()}
     for field, length in lengths.items():
         require_magnitude(length, field, LARGEST_LENGTH)
@@ -105,22 +105,22 @@ def require_sides(**sides: float) -> None:
 
 
 def require_room(boxes: int, element: Element, counts: Mapping[str, int]) -> None:
-    """Refuse ``counts`` by name that make more quadrilaterals or hexahedra, ``boxes``, than memory has room for."""
-    # In a large mesh each has one corner of its own, and these mid-sides and centres, together with its parts.
+    """Refuse ``counts`` by name if their quadrilaterals or hexahedra, ``boxes``, need more memory than there is."""
+    # Nodes per box in a large mesh: one corner, and with its mid-sides and centres this many.
     d = element.dimension
-    own = 1 if not element.quadratic else 1 + d if element.shape.cube and not element.centred else 2**d
+    nodes = 1 if not element.quadratic else 1 + d if element.shape.cube and not element.centred else 2**d
     largest = max(counts, key=lambda name: counts[name])
-    require_memory(own * boxes, largest, counts[largest])
+    require_memory(nodes * boxes, largest, counts[largest])
 
 
 def graded(start: float, end: float, count: int, ratio: float) -> Floats:
     """Ends (count + 1,) of elements whose sizes grow by one factor, the last ``ratio`` times the first."""
     require_positive(grading=ratio)
-    # Of whole numbers beyond an array's, and in any other precision, the ends would not be floats.
+    # Large whole numbers, and NumPy's other precisions, would give ends that are not float64.
     start, end = float(start), float(end)
     ends = np.linspace(start, end, count + 1)
     if ratio != 1 and count > 1:
-        # Of the largest size, so that no ratio is too large for a number.
+        # Over the largest size, so that no ratio overflows.
         sizes = float(ratio) ** (np.arange(count) / (count - 1) - (ratio > 1))
         ends[1:-1] = start + (end - start) * np.cumsum(sizes / sizes.sum())[:-1]
         apart = bool((np.diff(ends) > SMALLEST * (end - start)).all())
@@ -129,7 +129,7 @@ def graded(start: float, end: float, count: int, ratio: float) -> Floats:
 
 
 def along(start: float, end: float, count: int, grading: float | Fine) -> Floats:
-    """Ends (count + 1,) of elements from ``start`` to ``end``: :class:`Fine`, or :func:`graded`."""
+    """Ends (count + 1,) of elements from ``start`` to ``end``, by :class:`Fine` or :func:`graded`."""
     if isinstance(grading, Fine):
         return grading.ends(start, end, count)
     return graded(start, end, count, grading)
@@ -152,12 +152,13 @@ def converted(parts: MeshParts, element: Element) -> MeshParts:
         centre = len(nodes) + np.arange(len(cells))
         nodes, cells = np.vstack([nodes, CENTRE @ nodes[cells]]), np.column_stack([cells, centre])
     facets = Facets.of(cells, element)
-    ends = {name: some[:, source.ends] for name, some in parts.boundaries.items()}
-    return used(MeshParts(nodes, cells, {name: facets.run(facets.find(some), some) for name, some in ends.items()}))
+    ends = {name: bounds[:, source.ends] for name, bounds in parts.boundaries.items()}
+    boundaries = {name: facets.run(facets.find(bounds), bounds) for name, bounds in ends.items()}
+    return used(MeshParts(nodes, cells, boundaries))
 
 
 def used(parts: MeshParts) -> MeshParts:
-    """The parts without nodes of no cell."""
+    """The parts without the nodes that belong to no cell."""
     kept, elements = np.unique(parts.elements, return_inverse=True)
     number = np.full(len(parts.nodes), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))

@@ -1,9 +1,9 @@
 """The elements of which a mesh may consist, in a plane and in space, in one table.
 
 Nodes are numbered as in VTK, meshio and Abaqus: the corners, then the mid-sides, edge by edge, then the centre.
-The corners of a plane element run anticlockwise, mid-side ``k`` lies between corners ``k`` and ``k + 1``; those of a
-brick run around its base, then around its top above it, and so do the mid-sides, those of the upright edges last. The
-number of nodes and the dimension identify the element.
+The corners of a plane element run anticlockwise, and mid-side ``k`` lies between corners ``k`` and ``k + 1``. The
+corners of a brick run around its base, then around its top, and so do its mid-sides, with those of the upright edges
+last. The number of nodes and the dimension identify the element.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Numbers = tuple[tuple[int, ...], ...]
 
 @dataclass(frozen=True)
 class Shape:
-    """Corners of a reference shape in [0, 1]^d, ``edges`` by their two, ``faces`` by theirs in space.
+    """Corners of a reference shape in [0, 1]^d; ``edges``, and in space ``faces``, by the numbers of their corners.
 
     Faces run anticlockwise as seen from outside. A ``cube`` has quadrilateral faces, other shapes triangles.
     """
@@ -135,7 +135,7 @@ class Element(Enum):
 
     @cached_property
     def opposite(self) -> Ints | None:
-        """Which facets of a square or cube lie opposite to each other, axis by axis (d, 2); None of other shapes.
+        """Numbers (d, 2) of the facets of a square or cube across each axis, the lower first; None for other shapes.
 
         >>> Element.H8.opposite.tolist()
         [[5, 3], [2, 4], [0, 1]]
@@ -147,7 +147,7 @@ class Element(Enum):
 
     @cached_property
     def ends(self) -> Ints:
-        """Which columns of :attr:`facets` are corners: the ends of an edge, or the corners of a face."""
+        """The columns of :attr:`facets` that are corners: the ends of an edge, or the corners of a face."""
         return np.flatnonzero((self.facets < self.corners).all(axis=0))
 
     @property
@@ -181,7 +181,7 @@ class Element(Enum):
 
     @cached_property
     def around(self) -> Ints:
-        """The d neighbours (corners, d) of every corner along edges, such that they span a positive volume with it."""
+        """The d neighbours (corners, d) of each corner along edges, ordered such that they span a positive volume."""
         ends = np.array(self.shape.edges)
         out = np.empty((self.corners, self.dimension), dtype=np.intp)
         for corner in range(self.corners):
@@ -199,7 +199,7 @@ def elements_of(dimension: int) -> tuple[Element, ...]:
 
 
 def same_places(of: Floats, among: Floats) -> Ints:
-    """Which of the places ``among`` (b, d) those ``of`` (a, d) are.
+    """Numbers (a,) of the places ``of`` (a, d) among the places ``among`` (b, d).
 
     >>> same_places(np.array([[0.5, 1.0]]), Element.Q8.every_place).tolist()
     [6]

@@ -7,13 +7,13 @@ Above a triangle with corners a < b < c stand prisms, each of the three tetrahed
 with primes at the top. Every upright face is cut from its lower corner of smaller number to its upper corner of larger
 number, so neighbours, which have the same numbers, cut it alike.
 
-The middles of edges follow the circle as their ends do. A corner at rho c + (what does not), with c on the unit circle
-and rho what of the radius it follows, makes the middle of an edge between two such corners
+The middles of edges follow the circle as their ends do. Of the place of a corner a part rho c follows the circle, c
+on the unit circle and rho at most the radius. The middle of an edge between corners x_1 and x_2 is then
 
     x_m = (x_1 + x_2)/2 + rho_m (c_m/|c_m| - c_m),    rho_m and c_m the means of those of the ends,
 
-which is on the circle where both are. Were arcs curved on the boundary alone, layers next to it would be distorted the
-more the thinner they are.
+which is on the circle if both corners are. If arcs were curved on the boundary alone, layers next to it would be the
+more distorted the thinner they are.
 """
 
 from __future__ import annotations
@@ -28,30 +28,27 @@ from bipot.meshes.layout import cells_between, edges_along
 from bipot.typing import Floats, Ints
 
 PRISM = np.array([(0, 1, 2, 5), (0, 1, 4, 5), (0, 3, 4, 5)])
-"""Its tetrahedra, of corners below (0, 1, 2) and above (3, 4, 5)."""
+"""The tetrahedra of a prism with the corners 0, 1, 2 below and 3, 4, 5 above."""
 
 CORE, BULGE = 0.6, 0.5
-"""Half the width of a disc's inner square, over the radius; how much its sides are curved towards arcs."""
+"""Half the width of a disc's inner square over the radius; how far its sides are curved, 0 (straight) to 1 (arcs)."""
 
 ROUND_OFF = 1e-14
-"""Of the length of a direction, from one; that of a middle between two directions is shorter."""
+"""Round-off of the length of a unit vector; the mean of two different ones is shorter by more."""
 
 FLAT = {Element.H8.shape: Element.Q4, Element.T4.shape: Element.T3}
 """The plane elements above which solids of a shape are made."""
 
 
 class Round(NamedTuple):
-    """Plane ``parts`` with nodes (n, 2), and by these ``arcs`` (n, 3), rho and c."""
+    """Plane ``parts`` with nodes (n, 2), and ``arcs`` (n, 3): rho and c of each node (module docstring)."""
 
     parts: MeshParts
     arcs: Floats
 
 
 def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Element, curved: bool) -> MeshParts:
-    """Solids as :func:`extruded`, of another ``element`` of their shape, whose middle nodes follow arcs if ``curved``.
-
-    The heights are (m,).
-    """
+    """Solids as :func:`extruded`, as an ``element`` of their shape whose middle nodes follow arcs if ``curved``."""
     corners = extruded(base.parts, heights, ends)
     out = converted(corners, element)
     if not curved:
@@ -79,14 +76,14 @@ def extruded(base: MeshParts, heights: Floats, ends: tuple[str, str]) -> MeshPar
 
 
 def _turned(nodes: Floats, cells: Ints) -> Ints:
-    """The tetrahedra, with mirror images renumbered."""
+    """The tetrahedra, those numbered as mirror images renumbered."""
     x = nodes[cells]
     inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
     return np.where(inverted[:, None], cells[:, Element.T4.mirrored], cells)
 
 
 def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:
-    """Faces above the edges (f, 2): quadrilaterals, or their halves."""
+    """Upright faces above the edges (f, 2): quadrilaterals, or triangles that halve them."""
     a, b = (edges if solid else np.sort(edges, axis=1)).T
     if solid:
         return (np.column_stack([a, b, b + count, a + count]) + low).reshape(-1, 4)
@@ -94,7 +91,7 @@ def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:
 
 
 def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Element) -> Round:
-    """Q4 or T3 of a disc, or of its ``quarter`` x, y >= 0: a square of so many along a quarter's side, and rings.
+    """Q4 or T3 of a disc, or of its ``quarter`` x, y >= 0: a square of ``square`` elements a quarter's side, and rings.
 
     ``rings`` (m + 1,) go from 0 at the square to 1 at the circle. Boundaries are ``side`` and, of a quarter, ``left``
     and ``front``.
@@ -103,15 +100,14 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     inner = np.arange(len(line) ** 2).reshape(len(line), -1)
     core = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
     around = _around(inner, quarter)
-    own = around if quarter else around[:-1]
-    outer = inner.size + np.arange(len(own) * (len(rings) - 1)).reshape(-1, len(own))
+    distinct = around if quarter else around[:-1]
+    outer = inner.size + np.arange(len(distinct) * (len(rings) - 1)).reshape(-1, len(distinct))
     layers = np.vstack([around, outer if quarter else np.column_stack([outer, outer[:, 0]])])
-    far = _circle(core[own])
-    near = _core(core[own])
+    near, far = _core(core[distinct]), _circle(core[distinct])
     nodes = np.vstack([_core(core), *((1 - t) * near + t * far for t in rings[1:])]) * radius
     arcs = np.zeros((len(nodes), 3))
-    arcs[around[: len(own)], 1:] = far
-    arcs[inner.size :] = np.vstack([np.column_stack([np.full(len(own), t * radius), far]) for t in rings[1:]])
+    arcs[distinct, 1:] = far
+    arcs[inner.size :] = np.vstack([np.column_stack([np.full(len(far), t * radius), far]) for t in rings[1:]])
     cells = np.vstack([cells_between(inner, element), cells_between(layers, element)])
     if not quarter:
         return Round(MeshParts(nodes, cells, edges_along(("side",), (layers[-1],))), arcs)
@@ -134,7 +130,7 @@ def annulus(radii: Floats, count: int, element: Element) -> Round:
 
 
 def _around(inner: Ints, quarter: bool) -> Ints:
-    """Numbers of the nodes around the square, anticlockwise: of a quarter its far sides, else all, the first again."""
+    """Numbers of the nodes around the square, anticlockwise: in a quarter of its far sides, else back to the first."""
     far = np.concatenate([inner[-1], inner[-2::-1, -1]])
     return far if quarter else np.concatenate([far, inner[0, -2::-1], inner[1:, 0]])
 

@@ -1,5 +1,4 @@
-"""Facets of elements, edges in a plane and faces in space: their owners, and checks that no two elements overlap
-there."""
+"""Facets of elements, edges in a plane and faces in space: owners, and checks that no two elements overlap there."""
 
 from __future__ import annotations
 
@@ -18,9 +17,9 @@ class Facets:
     """The distinct facets of elements: ``nodes`` (f, n) in the order of an ``element``, edges as end, (middle,) end.
 
     They run anticlockwise around the element ``owner`` (f,), the first that has them, or seen from outside of it;
-    ``shared`` (f,) are those of two elements. ``number`` (e, m) says which facet each of an element's is.
+    ``shared`` (f,) marks those of two elements. ``number`` (e, m) has the numbers of each element's facets.
 
-    ``crowded`` are facets of more than two elements, or of two that lie on the same side.
+    ``crowded`` (n, k) are the nodes of facets of more than two elements, or of two that lie on the same side.
     """
 
     element: Element
@@ -33,15 +32,14 @@ class Facets:
     @staticmethod
     def of(elements: Ints, element: Element) -> Facets:
         """The facets of elements (e, k) of a kind; those of neighbours run in opposite directions."""
-        own = element.facets
-        every = elements[:, own].reshape(-1, own.shape[1])
-        _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
-        number = place.reshape(-1, len(own))
+        m, k = element.facets.shape
+        every = elements[:, element.facets].reshape(-1, k)
+        _, first, number = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
         count = np.bincount(number.ravel())
         forward = np.bincount(number.ravel(), weights=np.where(_forward(every[:, element.ends]), 1, -1))
         nodes = every[first]
         crowded = (count > 2) | ((count == 2) & (forward != 0))
-        return Facets(element, nodes, count > 1, nodes[crowded], first // len(own), number)
+        return Facets(element, nodes, count > 1, nodes[crowded], first // m, number.reshape(-1, m))
 
     @property
     def ends(self) -> Ints:
@@ -49,13 +47,13 @@ class Facets:
         return self.nodes[:, self.element.ends]
 
     def find(self, facets: Ints) -> Ints:
-        """Which facet has all nodes of each of the ``facets``, or its :attr:`ends`, in whatever order; -1 if none."""
-        own = self.ends if facets.shape[1] == len(self.element.ends) else self.nodes
-        if facets.shape[1] != own.shape[1]:
+        """Numbers (n,) of facets with the nodes ``facets`` (n, k), all or only ends, in any order; -1 if none."""
+        known = self.ends if facets.shape[1] == len(self.element.ends) else self.nodes
+        if facets.shape[1] != known.shape[1]:
             return np.full(len(facets), -1)
-        # Only facets whose nodes are all asked for can be meant: far fewer to sort than there are.
-        near = np.flatnonzero(np.isin(own, facets).all(axis=1))
-        rows = np.sort(np.vstack([own[near], facets]), axis=1)
+        # Only facets with all nodes among those given can match: far fewer to sort than there are.
+        near = np.flatnonzero(np.isin(known, facets).all(axis=1))
+        rows = np.sort(np.vstack([known[near], facets]), axis=1)
         _, place = np.unique(rows, axis=0, return_inverse=True)
         place = place.ravel()
         which = np.full(len(place), -1)
@@ -63,7 +61,7 @@ class Facets:
         return which[place[len(near) :]]
 
     def run(self, which: Ints, as_given: Ints) -> Ints:
-        """Nodes (f, n) of ``which`` facets: edges run as their nodes ``as_given`` do, faces as in :attr:`nodes`."""
+        """Nodes (f, n) of the facets ``which`` (f,): edges run as nodes ``as_given``, faces as in :attr:`nodes`."""
         nodes = self.nodes[which]
         if self.element.dimension == 3:
             return nodes
@@ -75,7 +73,7 @@ class Facets:
 
 
 def _forward(corners: Ints) -> Bools:
-    """Which way edges (f, 2) or faces (f, n) run: one of the two that their neighbours do not."""
+    """Which of its two ways each edge (f, 2) or face (f, n) runs; for the neighbour it runs the other way."""
     if corners.shape[1] == 2:
         return corners[:, 0] < corners[:, 1]
     at, least = np.arange(len(corners)), np.argmin(corners, axis=1)
@@ -84,14 +82,14 @@ def _forward(corners: Ints) -> Bools:
 
 
 def edges_of(elements: Ints, element: Element) -> tuple[Ints, Ints]:
-    """The different edges of elements (e, k) by their ends (s, 2), and which ``number`` (e, n) each of an element's is.
+    """The distinct edges of elements (e, k) by their ends (s, 2), and the numbers (e, n) of each element's edges.
 
     >>> edges_of(np.array([[0, 1, 2], [0, 2, 3]]), Element.T3)[0].tolist()
     [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
     """
-    own = element.edges[:, [0, -1]]
-    ends, number = np.unique(np.sort(elements[:, own].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
-    return ends, number.reshape(-1, len(own))
+    sides = element.edges[:, [0, -1]]
+    ends, number = np.unique(np.sort(elements[:, sides].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    return ends, number.reshape(-1, len(sides))
 
 
 def require_facets(facets: Facets, elements: Ints) -> None:
@@ -111,7 +109,7 @@ def require_facets(facets: Facets, elements: Ints) -> None:
 
 def require_one_part(facets: Facets) -> None:
     """Require one connected part: parts that touch only in a corner, or not at all, would move independently."""
-    # Only the making of a mesh asks for it: what merely imports the library need not load it.
+    # Only making a mesh needs this module, and imports of the library should not load it.
     from scipy.sparse.csgraph import connected_components
 
     what = "edge" if facets.element.dimension == 2 else "face"

@@ -1,8 +1,8 @@
 """Meshes of scikit-fem and of files (through meshio) as arrays for a :class:`~bipot.meshes.mesh.Mesh`.
 
 Nodes that belong to no cell are dropped, and cells numbered as mirror images are reversed. Facets are the lines or
-faces that bound cells. Files that cannot give a mesh of one kind of element are refused in words. Of Abaqus meshio
-knows fewer types of element than there are: those of one shape are mapped to one type.
+faces that bound cells. Files that cannot give a mesh of one kind of element are refused in words. Types of Abaqus that
+meshio does not know are replaced by one of the same shape.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ TAGS = ("gmsh:physical", "medit:ref")
 """Cell data in which mesh files number boundaries; 0 is none."""
 
 FORMATS = {".msh": "gmsh"}
-"""The format meant by file endings that meshio knows for several programs."""
+"""The format meant by file endings that meshio knows for several formats."""
 
 PLAIN = {"3": "S3", "4": "S4", "6": "STRI65", "8": "S8R"}
-"""Number of nodes of a plane element of Abaqus, and a type of that shape that meshio knows."""
+"""A type of Abaqus that meshio knows, by the number of nodes of a plane element."""
 
 PLANE = re.compile(r"(?im)^(\*ELEMENT\b[^\n]*\bTYPE\s*=\s*)C(?:PE|PS|PEG|AX)([3468])[A-Z]*\b")
 
@@ -82,7 +82,7 @@ def to_meshio(parts: MeshParts) -> Any:
     entity = np.tile([d, 0], (count, 1))
     for number, facets in enumerate(bounds, 1):
         entity[facets] = d - 1, number
-    # One whose nodes are all on others gets a node of no cell, which is dropped where the file is read.
+    # An entity with all nodes on others gets a node of no cell, which is dropped when the file is read.
     bare = np.setdiff1d(np.arange(len(tags)), entity[:, 1])
     entity = np.concatenate([entity, np.stack([np.where(bare > 0, d - 1, d), bare], axis=1)])
     nodes = np.concatenate([parts.nodes, parts.nodes[np.zeros_like(bare)]])
@@ -115,7 +115,7 @@ def _read(path: Any) -> Any:
 
 
 def _cells(mesh: Any) -> tuple[Ints, int]:
-    """The cells (e, k), all of one kind, and their dimension: of space where there are any, else of a plane."""
+    """The cells (e, k), all of one kind, and their dimension: those of space if there are any, else of a plane."""
     blocks = [block for block in mesh.cells if block.type not in IGNORED and len(block.data)]
     dimension = 3 if any(block.dim == 3 for block in blocks) else 2
     blocks = [block for block in blocks if block.dim == dimension]
@@ -130,7 +130,7 @@ def _cells(mesh: Any) -> tuple[Ints, int]:
 
 
 def _places(points: Any, cells: Ints, dimension: int) -> Floats:
-    """Positions (a, d) of the nodes (a, 2 or 3): those of a plane have one third coordinate, if any."""
+    """Positions (a, d) of the nodes (a, 2 or 3): if a plane has a third coordinate, it is constant."""
     given = np.asarray(points)
     require(given.dtype.kind in "iuf", "mesh nodes", f"of type {given.dtype}", "numbers")
     points = given.astype(np.float64)
@@ -149,7 +149,7 @@ def _places(points: Any, cells: Ints, dimension: int) -> Floats:
 
 
 def _tagged(mesh: Any, dimension: int, tag: str | None, names: Mapping[str, int] | None) -> dict[str, Ints]:
-    """Facets by name from numbers in cell data: names given, or those of the file, or the numbers themselves."""
+    """Facets by name from numbers in cell data: by given ``names``, else by the file's, else by the numbers."""
     require_type(tag, str, "tag", optional=True)
     require_type(names, Mapping, "names", optional=True)
     known = sorted(mesh.cell_data)
@@ -164,8 +164,8 @@ def _tagged(mesh: Any, dimension: int, tag: str | None, names: Mapping[str, int]
     whole = whole and all((data == np.round(data)).all() for _, data in blocks)
     require(whole, "tag", tag, "cell data of one whole number a cell")
     values = sorted({int(value) for _, data in blocks for value in np.unique(data)})
-    pairs = {name: np.asarray(of) for name, of in mesh.field_data.items()}
-    called = {int(of[0]): name for name, of in pairs.items() if of.shape == (2,) and of[1] == dimension - 1}
+    groups = {name: np.asarray(pair) for name, pair in mesh.field_data.items()}
+    called = {int(p[0]): name for name, p in groups.items() if p.shape == (2,) and p[1] == dimension - 1}
     numbered = [(called.get(value, str(value)), value) for value in values if value]
     twice = len({name for name, _ in numbered}) < len(numbered)
     require(bool(names) or not twice, "mesh boundaries", [name for name, _ in numbered], "of different names")
@@ -178,10 +178,10 @@ def _tagged(mesh: Any, dimension: int, tag: str | None, names: Mapping[str, int]
 
 
 def _sets_of_facets(mesh: Any, dimension: int) -> dict[str, Ints]:
-    """Facets by name from sets of cells that hold facets alone."""
+    """Facets by name from the sets of cells that contain only facets."""
     found = {}
     for name, sets in mesh.cell_sets.items():
-        # meshio keeps numbers of another kind there under names of its own.
+        # Sets with names of this form hold other numbers of meshio.
         members = [] if name.startswith("gmsh:") else list(zip(mesh.cells, sets, strict=False))
         members = [(block, which) for block, which in members if which is not None and np.size(which)]
         if members and all(block.type in FACETS[dimension] for block, _ in members):
@@ -190,7 +190,7 @@ def _sets_of_facets(mesh: Any, dimension: int) -> dict[str, Ints]:
 
 
 def _members(which: Any, count: int, name: str) -> Ints:
-    """Numbers (n,) of the members of a set among ``count`` cells, given as numbers or as yes and no."""
+    """Numbers (n,) of the members of a set among ``count`` cells, given as numbers or as booleans."""
     chosen = np.asarray(which)
     if chosen.dtype.kind == "b" and chosen.shape == (count,):
         return np.flatnonzero(chosen)
@@ -201,15 +201,15 @@ def _members(which: Any, count: int, name: str) -> Ints:
 
 def _joined(facets: list[Ints]) -> Ints:
     """Facets of one kind, or the ends of both kinds."""
-    facets = [some for some in facets if len(some)]
-    width = min(some.shape[1] for some in facets)
-    return np.concatenate([some[:, :width] for some in facets])
+    facets = [block for block in facets if len(block)]
+    width = min(block.shape[1] for block in facets)
+    return np.concatenate([block[:, :width] for block in facets])
 
 
 def _parts(points: Floats, cells: Ints, bounds: Mapping[str, Ints], sets: Mapping[str, Any]) -> MeshParts:
     """The mesh of cells (e, k), facets (f, n) by all of their nodes or their ends, and sets of nodes."""
     element = Element.of(cells.shape[1], points.shape[1])
-    # Those with a negative area or volume are numbered as their mirror images.
+    # Cells with a negative area or volume are numbered as their mirror images.
     inverted = _at_corners(points, cells, element).sum(axis=1) < 0
     cells = np.where(inverted[:, None], cells[:, element.mirrored], cells)
     _require_order(points, cells, element)
@@ -229,7 +229,7 @@ def _at_corners(points: Floats, cells: Ints, element: Element) -> Floats:
 
 
 def _require_order(points: Floats, cells: Ints, element: Element) -> None:
-    """Mid-side nodes lie between their corners, and the corners of straight cells go around."""
+    """Require that mid-side nodes lie between their corners, and that corners of straight cells go around."""
     sides = points[cells[:, element.edges]]
     along = sides[:, :, -1] - sides[:, :, 0]
     off = np.linalg.norm(sides[:, :, 1:-1] - (sides[:, :, :1] + along[:, :, None] / 2), axis=-1)
@@ -243,7 +243,7 @@ def _require_order(points: Floats, cells: Ints, element: Element) -> None:
 
 
 def _with_middle(name: str, bounds: Ints, facets: Facets) -> Ints:
-    """The facets that have the ends (f, n), or all nodes in whatever order."""
+    """The facets with the nodes ``bounds`` (f, n), their ends or all in any order."""
     what = "edge" if facets.element.dimension == 2 else "face"
     require(len(bounds) > 0, f"mesh boundary {name!r}", "empty", f"at least one {what}")
     found = facets.find(bounds)
@@ -253,13 +253,13 @@ def _with_middle(name: str, bounds: Ints, facets: Facets) -> Ints:
 
 
 def _covered(members: Ints, facets: Facets) -> Ints:
-    """The outer facets (f, n) between nodes of a set, none if they leave one out: then it is a set of another use."""
+    """The outer facets (f, n) between nodes of a set; none if they leave one out, as the set then has another use."""
     found = facets.nodes[np.isin(facets.nodes, members).all(axis=1) & ~facets.shared]
     return found if np.isin(members, found).all() else found[:0]
 
 
 class Text(io.StringIO):
-    """The text of a file with its path, relative to which other files may be included."""
+    """The text of a file with its path, to which included files are relative."""
 
     def __init__(self, text: str, path: Path) -> None:
         super().__init__(text)

@@ -1,7 +1,7 @@
 r"""How elements fill a rectangle or a box: along its lines, or fanned out around the corner of its far sides.
 
-Far sides are x = x1 and y = y1, in space z = z1 besides, and their corner is C = (x1, y1): with the names of the
-makers, where ``top`` and ``side`` or ``right`` meet, and ``back`` in space (:func:`fanned_box`).
+Far sides are x = x1 and y = y1, in space also z = z1, and their corner is C = (x1, y1). In the meshes of
+:mod:`bipot.meshes.sections` and :mod:`bipot.meshes.solids` ``top`` and ``side`` or ``right`` meet there, and ``back``.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ Axes = tuple[Floats, Floats]
 
 CUBE = Element.H8.shape.corners
 TETRAHEDRA = np.array([(0, 1, 2, 6), (0, 5, 1, 6), (0, 3, 7, 6), (0, 2, 3, 6), (0, 4, 5, 6), (0, 7, 4, 6)])
-"""Of a hexahedron, by its corners, each of positive volume."""
+"""Tetrahedra of a hexahedron by its corners, each of positive volume."""
 
 TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)])
-"""Of its faces."""
+"""Triangles of its faces."""
 
 
 class Layout(Enum):
-    r"""Of n_x quadrilaterals along the far side y = y1 and n_y along x = x1; triangles are halves of these.
+    r"""Layouts of n_x quadrilaterals along the far side y = y1 and n_y along x = x1; triangles are halves of these.
 
     ``TENSOR``: n_x n_y between lines of constant x and y. One quadrilateral has the corner C, at a right angle.
 
@@ -55,7 +55,7 @@ class Layout(Enum):
     FANNED = "fanned"
 
     def count(self, *counts: int) -> int:
-        """How many quadrilaterals, or hexahedra where there are three counts.
+        """Number of quadrilaterals, or of hexahedra if there are three ``counts``.
 
         >>> Layout.TENSOR.count(10, 4), Layout.FANNED.count(10, 4), Layout.FANNED.count(2, 2, 2)
         (40, 54, 20)
@@ -75,9 +75,9 @@ def rectangle(
 ) -> MeshParts:
     """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``.
 
-    ``counts`` are those along the far sides, each by the name that messages call it.
-    ``grading`` is of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate like
-    the squares of a chessboard, block by block, such that a fanned corner is one of two triangles, too.
+    ``counts`` are those along the far sides, by the names that messages call them; ``grading`` is of the sizes along
+    both axes. Triangles halve the quadrilaterals along diagonals that alternate like the squares of a chessboard, block
+    by block, such that a fanned corner has two triangles, too.
 
     Raises:
         SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive
@@ -85,7 +85,7 @@ def rectangle(
     """
     for name, count in counts.items():
         require_count(count, name)
-    # One of NumPy would overflow in its own type.
+    # NumPy's whole numbers would overflow.
     n = [int(count) for count in counts.values()]
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
@@ -114,10 +114,7 @@ def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> MeshParts:
 
 
 def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> MeshParts:
-    """Cells of straight edges in three blocks: ends along the ``near`` sides (n + 2,), (m + 2,), and the ``far`` ones.
-
-    The far ones are (n + 1,) and (m + 1,).
-    """
+    """Cells in three blocks, by ends along the ``near`` sides, (n + 2,), (m + 2,), and ``far``, (n + 1,), (m + 1,)."""
     (x, y), (u, v) = far, near
     n, m = len(x) - 1, len(y) - 1
     inner = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
@@ -131,7 +128,7 @@ def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> MeshParts:
 
 
 def _lines(x: Floats, y: Floats) -> Floats:
-    """Where the lines cross, one line x after the other."""
+    """Points (n, 2) where the lines ``x`` and ``y`` cross, one line x after the other."""
     return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
@@ -150,16 +147,16 @@ def cells_between(number: Ints, element: Element, parity: int = 0) -> Ints:
 
 
 def edges_along(names: Sequence[str], sides: Sequence[Ints]) -> dict[str, Ints]:
-    """Edges (f, 2) by name, from the nodes of each side one after the other."""
+    """Edges (f, 2) by name, from the nodes of each side in sequence."""
     return {name: np.column_stack([side[:-1], side[1:]]) for name, side in zip(names, sides, strict=True)}
 
 
 def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[str], element: Element) -> MeshParts:
     """H8 or T4 in three layers around an inner box, fanned out around the corner of its far faces.
 
-    Nodes (i, j, k), 0 <= i <= n_x and so on, are those of the inner part, graded such that one more element of each
-    axis fits in, and once more on the far faces i = n_x, j = n_y or k = n_z. Elements are those between the inner ones
-    and, on each far face, one layer between an inner node and the far one of the same indices.
+    Nodes (i, j, k), 0 <= i <= n_x and so on, exist in the inner part, graded such that one more element of each axis
+    fits in, and those with i = n_x, j = n_y or k = n_z once more on the far faces. Elements are between the inner nodes
+    and, in one layer at each far face, between inner nodes and far ones of the same indices.
 
     Tetrahedra go from the first corner of a hexahedron to its last along three of its edges, one for each order of the
     axes: they cut all faces from their first corner to their last, so that neighbours cut them alike.
@@ -185,7 +182,7 @@ def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[st
 
 
 def _places(axes: Sequence[Floats], index: Ints) -> Floats:
-    """Nodes (a, 3) of these indices (3, a)."""
+    """Nodes (a, 3) with the indices ``index`` (3, a) along the ``axes``."""
     return np.column_stack([ends[at] for ends, at in zip(axes, index, strict=True)])
 
 

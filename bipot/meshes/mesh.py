@@ -1,5 +1,5 @@
-"""Meshes of one kind of element with named boundaries; `bipot.meshes.sections` and `bipot.meshes.solids` make those of
-simple shapes.
+"""Meshes of one kind of element with named boundaries. :mod:`bipot.meshes.sections` and :mod:`bipot.meshes.solids` make
+those of simple shapes.
 
 A mesh is a frozen value. Nodes are (a, d), elements (e, k) in the order *corners, mid-sides, centre* of
 :class:`~bipot.meshes.elements.Element`, and a boundary is an array of its facets (f, n): in a plane edges as end,
@@ -15,12 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from bipot.errors import (
-    LARGEST_LENGTH,
-    require,
-    require_magnitude,
-    require_type,
-)
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
@@ -108,8 +103,8 @@ class Mesh:
         """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
 
         Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (VTK files keep the
-        numbers only), and sets of nodes. Where all nodes of the body, or of a boundary, are on other boundaries too, it
-        has a node more, of no cell: Gmsh's files need a node of each.
+        numbers only), and sets of nodes. If all nodes of the body, or of a boundary, are on other boundaries too, there
+        is one more node, of no cell, because Gmsh's files need a node of each.
 
         Raises:
             SceneError: meshio is not installed.
@@ -174,11 +169,11 @@ class Mesh:
 
     @cached_property
     def shared(self) -> Bools:
-        """Which facets of every element are another's, too (e, m), in the order of :attr:`Element.facets`."""
+        """Whether facets (e, m) of elements are another's, too, in the order of :attr:`Element.facets`."""
         return self._facets.shared[self._facets.number]
 
     def surface(self, name: str) -> tuple[Ints, Ints]:
-        """Facets (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
+        """Facets (f, n) of the boundary ``name``, which run anticlockwise around their elements, and these (f,)."""
         found = self._facets.find(self.boundary(name))
         return self._facets.nodes[found], self._facets.owner[found]
 
@@ -189,12 +184,12 @@ class Mesh:
         return self.boundaries[name]
 
     def edges(self, *names: str) -> Ints:
-        """Facets (f, n) of the named boundaries, at least one, one after the other."""
+        """Facets (f, n) of the named boundaries, of which there is at least one, in sequence."""
         require(len(names) > 0, "boundaries", names, "at least one name")
         return np.concatenate([self.boundary(name) for name in names])
 
     def owners(self, *names: str) -> Ints:
-        """The elements (f,) that have the :meth:`edges` of the named boundaries, the first one of two."""
+        """The elements (f,) of the :meth:`edges` of the named boundaries; of two the first."""
         return self._facets.owner[self._facets.find(self.edges(*names))]
 
     def boundary_nodes(self, *names: str) -> Ints:
@@ -207,7 +202,7 @@ class Mesh:
 
     @cached_property
     def _on_boundaries(self) -> dict[tuple[str, ...], Ints]:
-        """The cached nodes of :meth:`boundary_nodes` by names, since every increment needs those of its tools."""
+        """Cache of :meth:`boundary_nodes` by names: every increment needs those of its tools."""
         return {}
 
     @cached_property

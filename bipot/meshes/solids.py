@@ -73,10 +73,10 @@ def cylinder_3d(
 
     A square around the axis has ``n_square`` elements along each side in a quarter, so that 2 ``n_square`` segments
     make a quarter of the circle; ``n_r`` rings are around it, graded as the first of the ``grading`` says, the second
-    being that of z. A quarter has the boundaries left, x = 0, and front, y = 0, besides. Middle nodes of quadratic
-    elements are on the circle too where it is ``curved``, and those of inner rings follow it; between nodes of others
-    it is straight. Nodes of the side are
-    at the ``radius`` where it is ``inscribed``; else a little farther out, so that the volume is the cylinder's.
+    being that of z. A quarter also has the boundaries left, x = 0, and front, y = 0. If ``curved``, middle nodes of
+    quadratic elements are on the circle too, and those of inner rings follow it; otherwise it is straight between
+    corners. If ``inscribed``, nodes of the side are at the ``radius``, else a little farther out, so that the volume is
+    the cylinder's.
 
     Raises:
         SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
@@ -141,14 +141,14 @@ def ring_3d(
 
 
 def _counts(**counts: int) -> dict[str, int]:
-    """The counts by name; raises SceneError where one is none. One of NumPy would overflow in its own type."""
+    """The counts by name as Python's integers, as NumPy's would overflow; raises SceneError unless all are counts."""
     for name, count in counts.items():
         require_count(count, name)
     return {name: int(count) for name, count in counts.items()}
 
 
 def _widened(count: int, arcs: bool) -> float:
-    """By how much a circle is larger in whose quarter ``count`` chords, or parabolic arcs on them, have its own area.
+    """Factor of the radius with which ``count`` chords in a quarter, or parabolic arcs on them, have the circle's area.
 
     >>> round(_widened(1, arcs=False) ** 2 * 2, 12)  # the square in a circle
     3.14159265359

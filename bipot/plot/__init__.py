@@ -1,7 +1,7 @@
 """Pictures of runs, and of meshes and curves: each takes ``ax=None`` (the current axes) and returns what it drew.
 
-:func:`contour`, :func:`contact_traction` and :func:`animate` take an opened run, :func:`body` an accepted increment,
-the others arrays. matplotlib is needed only when one of them is called.
+:func:`contour`, :func:`contact_traction` and :func:`animate` take an opened run, :func:`tools` one of its steps,
+:func:`body` an accepted increment, the others arrays. matplotlib is needed only when one of them is called.
 """
 
 from bipot.plot.animation import animate

@@ -47,7 +47,7 @@ def animate(result: History, field: str, path: str | Path, *, frames: int = 40, 
 
 
 def _steps(result: History, frames: int) -> list[float]:
-    """Pseudo-times of the steps that are drawn, the last among them."""
+    """Pseudo-times of the drawn steps, with the first and the last; of one frame alone the last."""
     chosen = np.linspace(len(result.times) - 1, 0, min(frames, len(result.times))).round().astype(int)[::-1]
     return result.times[chosen].tolist()
 
@@ -63,7 +63,7 @@ def _gif(result: History, field: str, taus: list[float], rate: float) -> bytes:
     corners = np.array([(nodes.min(axis=0), nodes.max(axis=0)) for nodes in (snapshot.nodes for snapshot in shown)])
     images = []
     for tau in taus:
-        # A figure of its own each: those of pyplot are the user's.
+        # Figures outside of pyplot, whose figures are the user's.
         figure = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
         canvas, axes = FigureCanvasAgg(figure), figure.add_subplot()
         contour(result, field, tau, axes, by=TAU, limits=limits)

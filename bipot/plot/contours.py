@@ -33,10 +33,10 @@ PIECES = 4
 """Pieces into which the side of an element is divided, for curved sides and fields."""
 
 SHRUNK = 0.8
-"""Height of the colour bar, since the body seldom is as high as its axes."""
+"""Height of the colour bar over that of the axes, because the body is seldom as high as these."""
 
 UPRIGHT = 1e-9
-"""Distance across of the ends of a surface that is upright, over the size of the body."""
+"""A surface whose ends are no farther apart across than this, over the size of the body, is upright."""
 
 MARGIN = 0.08
 """Margin around the body over its size."""
@@ -57,8 +57,8 @@ def contour(
 
     ``at`` is as in :meth:`~bipot.results.History.at`: a reduction or pseudo-time, or a value of the column ``by``;
     None is the last step. ``field`` may be a component, "stress_zz"; of a vector the magnitude is drawn. Between nodes
-    the field follows the element's shape functions. ``limits`` are those of the colours; ``style`` is matplotlib's,
-    and comes first.
+    the field follows the element's shape functions. ``limits`` are those of the colours; ``style`` is matplotlib's and
+    has precedence.
 
     Raises:
         SceneError: an unknown field, one that is not defined on the whole body, a tensor as a whole, a value that is
@@ -75,11 +75,11 @@ def contour(
     shapes = tabulated_at(mesh.element, points).values
     x, y = (shapes @ nodes[mesh.elements]).reshape(-1, 2).T
     fine = (shapes @ values[mesh.elements][..., None]).ravel()
-    every = (triangles + len(points) * np.arange(len(mesh.elements))[:, None, None]).reshape(-1, 3)
+    corners = (triangles + len(points) * np.arange(len(mesh.elements))[:, None, None]).reshape(-1, 3)
     low, high = limits or (float(fine.min()), float(fine.max()))
-    coloured: Any = axes.tripcolor  # Its overloads know no colours of nodes by position.
+    coloured: Any = axes.tripcolor  # Its overloads lack colours of nodes as a positional argument.
     usual = {"cmap": "viridis", "shading": "gouraud", "vmin": low, "vmax": high}
-    drawn = coloured(x, y, every, fine, **usual | style)
+    drawn = coloured(x, y, corners, fine, **usual | style)
     boundary(nodes, mesh.outline, axes)
     tools(snapshot, axes)
     frame(axes, result, nodes)
@@ -90,7 +90,7 @@ def contour(
 
 
 def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """Draw the lines of the tools in a step; axes keep their limits."""
+    """Draw the lines of the tools in a step; the axes keep their limits."""
     from matplotlib.collections import LineCollection
 
     lines = LineCollection([line.points for line in snapshot.tools], **{"color": "tab:red", "lw": 1.8, **style})
@@ -101,7 +101,7 @@ def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineColle
 def moment(result: History, snapshot: Snapshot) -> str:
     """The step in words: by increment and reduction if the run has it, else by its pseudo-time.
 
-    A run that begins in the middle of a march counts its increments on, its steps from zero.
+    In a run that begins in the middle of a march, increments count on, but steps count from zero.
     """
     if "reduction" in result.columns and snapshot.step > 0:
         return f"increment {snapshot.course.number}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
@@ -109,7 +109,7 @@ def moment(result: History, snapshot: Snapshot) -> str:
 
 
 def _label(result: History, field: str) -> str:
-    """A field with its unit."""
+    """The name of a field, with its unit unless it is a ratio."""
     base, part = split(Place.NODES, field, result.geometry)
     known = FIELDS[Place.NODES][base]
     name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
@@ -147,8 +147,8 @@ def nodal_values(snapshot: Snapshot, field: str) -> Floats:
     known = FIELDS[Place.NODES][base]
     everywhere = known.finite and known.quantity is not Quantity.STATUS
     require(everywhere, "field", field, "one of the whole body; contact_traction() draws those of candidates")
-    whole = known.rank is Rank.TENSOR and not part
-    require(not whole, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}" if whole else "")
+    if known.rank is Rank.TENSOR and not part:
+        require(False, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}")
     values = snapshot.nodal(field)
     return np.linalg.norm(values, axis=1) if values.ndim == 2 else values
 
@@ -176,7 +176,7 @@ def body(
 ) -> PolyCollection:
     """Draw the deformed plane elements with straight edges, coloured by their ``values`` (e,).
 
-    With a ``label`` there is a colour bar, whose size over that of the axes is ``shrink``. ``style`` is matplotlib's.
+    A ``label`` adds a colour bar, whose size over that of the axes is ``shrink``. ``style`` is matplotlib's.
 
     Raises:
         SceneError: no increment, a body in space, values that are not one an element.
@@ -203,30 +203,30 @@ def contact_traction(
     """Draw pressure and shear at the candidates of a tool over the arc of the body's surface, as (pressure, shear).
 
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
-    boundaries that may touch the tool, in every step from the end that at rest is nearer to the axis or farther to the
-    left, of an upright surface from the lower one. Shear is positive along (n_y, -n_x), n from the tool into the body.
-    Nodes off the contact line, or held by a support, have no traction, and the lines end there. Where no edge is on
+    boundaries that may touch the tool. In all steps it begins at the end that at rest is nearer to the axis or farther
+    to the left; on an upright surface at the lower end. Shear is positive along (n_y, -n_x), n from the tool into the
+    body. Nodes off the contact line, or held by a support, have no traction, and the lines end there. If no edge is on
     the line, as with a single node in contact, the picture says so. A node that two tools share has the traction of the
     one with the larger normal force.
 
     Raises:
-        SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
+        SceneError: a ``tool`` that the run has not, a value that is not recorded, no opened run, a body in space.
     """
     require_plane(result)
     count = len(result.scene["tools"])
     require_count(tool, "tool", 0)
     require(tool < count, "tool", tool, f"in [0, {count}), the run's tools")
     snapshot, axes = result.at(at, by), axes_of(ax)
-    nodes, shown, told = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE, result.scene["tools"][tool]
-    # Lines end at what supports hold. Means have no points at the middle of edges, and lines go on there.
-    edges = result.mesh.edges(*told["candidates"])
-    shown[edges[:, [0, -1]] if told.get("sampling") == Sampling.WEIGHTED else edges] = True
-    paths = [path[shown[path]] for path in chains(result.mesh, told["candidates"])]
+    nodes, shown, about = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE, result.scene["tools"][tool]
+    # Nodes that supports hold are shown, so that lines end there. Means have no points at the middle of edges.
+    edges = result.mesh.edges(*about["candidates"])
+    shown[edges[:, [0, -1]] if about.get("sampling") == Sampling.WEIGHTED else edges] = True
+    paths = [path[shown[path]] for path in chains(result.mesh, about["candidates"])]
     arcs = _arcs(paths, nodes)
     drawn = []
     for name, style in (("contact_pressure", "o-"), ("contact_shear", "s--")):
         values = snapshot.nodal(name)
-        # A NaN between two parts of the surface keeps a line from leading from one to the other.
+        # NaN separates the lines of two parts of the surface.
         x = np.concatenate([np.append(arc, np.nan) for arc in arcs])
         y = np.concatenate([np.append(values[path], np.nan) for path in paths])
         (line,) = axes.plot(x, y, style, ms=3, lw=1.2, label=name.removeprefix("contact_"))
@@ -241,10 +241,10 @@ def contact_traction(
 
 
 def chains(mesh: Mesh, names: list[str]) -> list[Ints]:
-    """Nodes in order along the boundaries of those names: one array for each connected part.
+    """Nodes in sequence along the boundaries ``names``: one array for each connected part.
 
-    Each begins at its end with the smaller first coordinate at rest, of two on one vertical at the lower one; a closed
-    one begins anywhere.
+    Each begins at the end with the smaller first coordinate at rest, an upright one at the lower end, a closed one
+    anywhere.
     """
     edges = np.unique(np.concatenate([mesh.surface(name)[0] for name in names]), axis=0)
     ahead = {int(edge[0]): edge for edge in edges}
@@ -263,7 +263,7 @@ def chains(mesh: Mesh, names: list[str]) -> list[Ints]:
 
 
 def _arcs(paths: list[Ints], nodes: Floats) -> list[Floats]:
-    """Arcs (p,) of the nodes of every path, each from where the last one ended."""
+    """Arcs (p,) of the nodes of each path, which begin where those of the path before end."""
     arcs, begin = [], 0.0
     for path in paths:
         steps = np.linalg.norm(np.diff(nodes[path], axis=0), axis=1)

@@ -50,7 +50,7 @@ def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -
 
 
 def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
-    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units."""
+    """Nodal vectors ``values`` (a, 2) at the nodes (a, 2); a unit vector has the ``length``, in data units."""
     _require_plane(nodes, values, "values", "(a, 2), one at each node", "vectors")
     require(np.shape(values) == np.shape(nodes), "values", f"shape {np.shape(values)}", f"{np.shape(nodes)}, as nodes")
     require_number(length, "length")
@@ -69,7 +69,7 @@ def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style:
 
 
 def _require_plane(nodes: object, rows: object, field: str, kind: str, what: str) -> None:
-    """Refuse what are no positions in a plane, and no array of ``rows``."""
+    """Refuse ``nodes`` that are no positions in a plane, and ``rows`` that are no array of rows."""
     flat = isinstance(nodes, np.ndarray) and nodes.ndim == 2 and nodes.shape[1] == 2
     require(flat, "nodes", nodes, "an array of positions (a, 2), as state.nodes of a body in a plane")
     array = isinstance(rows, np.ndarray) and rows.ndim == 2

@@ -1,8 +1,7 @@
-"""The files of a run: ``run.vtkhdf``, its fields for ParaView and for resuming, and ``history.csv``, a row per
-increment.
+"""The files of a run: ``run.vtkhdf``, fields for ParaView and for resuming, and ``history.csv``, a row per increment.
 
-:func:`open` reads both from the first. :class:`Recorder` writes them such that what is recorded stays readable whatever
-happens to the process or the disk.
+:func:`open` reads fields and rows from the first file. :class:`Recorder` writes both such that what is recorded stays
+readable whatever happens to the process or the disk.
 """
 
 from bipot.results.history import History, open

@@ -1,4 +1,4 @@
-"""The columns of a history that every study shares; a study adds its own and fixes units and order."""
+"""The columns of a history that all studies share; a study adds others and fixes units and order."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ MIN_JACOBIAN = Column(
 
 
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
-    """Accumulated work, elastic, plastic, friction of the whole body times ``factor`` to ``unit``, and energy error.
+    """Accumulated energies of the whole body, times ``factor`` in the ``unit``, and the energy error.
 
     >>> [column.name for column in energies("J", 1e-3)]
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
@@ -139,7 +139,7 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
 
 
 def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
-    """The certificate's measures, the gap of the whole body times ``factor`` to the energy ``unit``.
+    """The certificate's measures; the gap is that of the whole body, times ``factor`` in the energy ``unit``.
 
     >>> [column.name for column in certificate("J", 1e-3)][-2:]
     ['bipotential_gap_J', 'relative_gap']

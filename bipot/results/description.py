@@ -1,7 +1,7 @@
 """The description of a run in its file: the scene in plain numbers and words, and the versions used.
 
-By it and its arrays scenes, meshes, states and parameters are the same, to the last bit: a run is resumed with no
-others.
+A run is resumed only with a scene, mesh, state and parameters that are the same by this description and their arrays,
+to the last bit.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Parameters = Mapping[str, Any]
 """The parameters that identify a run: JSON values by name."""
 
 PLACE = re.compile(r" at 0x[0-9a-fA-F]+>")
-"""The end of a repr that tells an object by its place in memory alone."""
+"""The end of a repr that identifies an object by its address in memory alone."""
 
 PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
 
@@ -42,7 +42,7 @@ def versions() -> dict[str, str]:
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """The scene in plain numbers and words, for readers of the file; arrays of materials and loads whole and exact."""
+    """The scene in plain numbers and words; arrays of materials and loads are whole and exact."""
     with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
         return _described(scene)
 
@@ -78,22 +78,21 @@ def _described(scene: Scene) -> dict[str, Any]:
 
 
 def require_told(scene: Scene, **said: object) -> None:
-    """Refuse what is ``said`` in no JSON, and what users' own classes say nothing of but its place in memory.
+    """Refuse values ``said`` that are no JSON, and objects of users' classes with a repr of only their address.
 
-    The latter is another in another process.
+    An address differs from process to process.
     """
     for name, given in said.items():
         require_json(name, given)
-    own = {"material": (scene.material,), "loads": scene.loads, "tools": [tool.face for tool in scene.tools]}
-    for name, values in own.items():
+    parts = {"material": (scene.material,), "loads": scene.loads, "tools": [tool.face for tool in scene.tools]}
+    for name, values in parts.items():
         for value in values:
-            told = PLACE.search(repr(value)) is None
             allowed = "told by a repr that holds the numbers of its classes, as that of a dataclass does"
-            require(told, f"scene.{name}", value, allowed)
+            require(PLACE.search(repr(value)) is None, f"scene.{name}", value, allowed)
 
 
 def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:
-    """A turn in words; for one driven by a moment with the lever that multiplies its angle in ``translation``."""
+    """A turn in words; if a moment drives it, with the lever that multiplies its angle in ``translation``."""
     said = {"turn": repr(turn)}
     return said if turn.driven_by is None else {**said, "lever": lever(surface, turn, scene.mesh.size)}
 
@@ -114,7 +113,7 @@ def _support(support: Support) -> dict[str, Any]:
 
 
 def as_json(value: object) -> str:
-    """JSON text, for comparing values that read back as another type, or are no numbers."""
+    """JSON text, by which values compare that are read back as another type, or are NaN."""
     return json.dumps(value, sort_keys=True)
 
 

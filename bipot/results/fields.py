@@ -23,7 +23,7 @@ from bipot.typing import Floats, einsum
 NO_CANDIDATE = -1
 
 SINGLE = 1e-20, 1e20
-"""Young's moduli with which single precision, from 1e-38 to 3e38, has any stress."""
+"""Range of Young's moduli with which any stress fits into single precision, 1e-38 to 3e38."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
     Where two tools share a node, the fields are those of the one with the larger normal force, or of the nearer one
-    where neither has any, except for the force, which is the sum. The ``values`` (:func:`together`) after ``averaging``
-    are stored in single precision, unless that has no such stress.
+    if neither has any, except for the force, which is the sum. The ``values`` (:func:`together`) after ``averaging``
+    are stored in single precision, unless stresses do not fit into that.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     least, most = SINGLE
@@ -114,7 +114,7 @@ def together(state: State) -> Floats:
 
 
 def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
-    """Averages (n, 2 s + 3) by name, as numbers of that ``kind``."""
+    """Averages (n, 2 s + 3) as arrays by name, of the type ``kind``."""
     size = (values.shape[1] - 3) // 2
     mises, pressure, peeq = values[:, 2 * size :].T.astype(kind)
     return {
@@ -162,7 +162,7 @@ def step_fields(step: StoredStep) -> dict[str, ArrayLike]:
 
 def in_space(vectors: Floats) -> Floats:
     """Vectors (a, d) with zeros up to three components."""
-    # Several times faster than np.pad, which a step would call often.
+    # Several times faster than np.pad.
     out = np.zeros((len(vectors), 3))
     out[:, : vectors.shape[1]] = vectors
     return out
@@ -208,16 +208,16 @@ class Averaging:
         return Averaging(_extrapolation(mesh, rule), gathering)
 
     def __call__(self, volume: Floats, values: Floats) -> Floats:
-        """Values (a, f) at nodes of ``values`` (e, q, f) at points that have the ``volume`` (e, q)."""
+        """Values (a, f) at nodes from ``values`` (e, q, f) at points with the ``volume`` (e, q)."""
         k = len(self.extrapolation)
         weight = volume.sum(axis=1)
         weighted = weight[:, None, None] * (self.extrapolation @ values)
-        around = self.gathering @ np.repeat(weight, k)
-        return (self.gathering @ weighted.reshape(-1, values.shape[-1])) / around[:, None]
+        total = self.gathering @ np.repeat(weight, k)
+        return (self.gathering @ weighted.reshape(-1, values.shape[-1])) / total[:, None]
 
 
 def _extrapolation(mesh: Mesh, rule: Quadrature) -> Floats:
-    """E (k, q)."""
+    """E (k, q) of :class:`Averaging`."""
     reference, nodes = tabulated(mesh.element, rule), mesh.element.every_place
     # A linear function needs as many points as it has coefficients.
     if len(reference.weights) < 1 + nodes.shape[1]:

@@ -25,7 +25,7 @@ from bipot.results.description import Parameters
 from bipot.results.names import described
 from bipot.results.snapshot import Snapshot
 from bipot.results.static import FORMAT
-from bipot.results.stored import Run, Told, read
+from bipot.results.stored import Run, RunReader, read
 from bipot.results.table import columns
 from bipot.results.vtkhdf import write_tools
 from bipot.typing import Floats
@@ -33,7 +33,7 @@ from bipot.typing import Floats
 FIELDS, TOOLS, OLD = "run.vtkhdf", "tools.vtkhdf", "run.h5"
 
 REDUCTION, TAU = "reduction", "tau"
-"""The columns by which :meth:`History.at` finds a step by default."""
+"""The column by which :meth:`History.at` finds a step by default, and the name for pseudo-times."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -57,7 +57,7 @@ class History:
     format: int = FORMAT
 
     def __repr__(self) -> str:
-        """In one line, without the columns."""
+        """One line, without the columns."""
         return f"History({str(self.file)!r}: {self.progress})"
 
     @property
@@ -82,7 +82,7 @@ class History:
     @property
     def mesh(self) -> Mesh:
         """The mesh at rest."""
-        return self._told(Run.mesh)
+        return self._reader(Run.mesh)
 
     @property
     def geometry(self) -> Geometry:
@@ -183,7 +183,7 @@ class History:
 
         Recording does this at its end; call it where recording was killed, or is still running.
         """
-        steps = self._told(lambda run: run.tools(0, len(self.times)))
+        steps = self._reader(lambda run: run.tools(0, len(self.times)))
         if not steps[0]:
             return None
         path = self.folder / TOOLS if self.file.name == FIELDS else self.file.with_name(f"{self.file.stem}_{TOOLS}")
@@ -191,15 +191,15 @@ class History:
         return path
 
     def _step(self, step: int) -> Snapshot:
-        return Snapshot(self._told, self.geometry, step, float(self.times[step]))
+        return Snapshot(self._reader, self.geometry, step, float(self.times[step]))
 
     @property
-    def _told(self) -> Told:
-        return Told(self.file, self.text)
+    def _reader(self) -> RunReader:
+        return RunReader(self.file, self.text)
 
 
 def in_digits(number: float) -> str:
-    """A number in few digits where these are all of it."""
+    """A number in six digits if these give it exactly, else in all."""
     short = f"{number:g}"
     return short if float(short) == number else repr(number)
 
@@ -233,7 +233,7 @@ def run_file(path: str | Path) -> Path:
     """The run file of a folder, or itself, as an absolute path.
 
     Raises:
-        ResultsError: it is one of an older version, which is not read; or the system refuses the name.
+        ResultsError: the file is one of an older version, which is not read; or the system refuses the name.
     """
     require_path(path)
     path = settled(path)

@@ -18,10 +18,10 @@ from bipot.errors import ResultsError
 NAME = "run.lock"
 
 LONGEST = 1000
-"""Bytes of a lock that are read."""
+"""Number of bytes of a lock that are read."""
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""The target of a link would be overwritten, and opening a pipe would block."""
+"""Flags against links, whose targets would be overwritten, and pipes, which would block."""
 
 
 @contextmanager
@@ -42,8 +42,8 @@ def locked(folder: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        # Deleted while it is held: whoever waits for it then finds another file under its name. Not by a copy of the
-        # process that holds it.
+        # Deleted while it is held, so that whoever waits for it then finds another file under its name; but not by a
+        # forked copy of this process.
         with suppress(OSError):
             if process == os.getpid() and os.path.samestat(os.stat(path), os.fstat(descriptor)):
                 path.unlink()
@@ -51,13 +51,13 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def _taken(path: Path) -> int | None:
-    """The open file of that path, owned by this process; None where the last owner has just deleted it."""
+    """The open lock file, now owned by this process; None if its last owner has just deleted it."""
     descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
     try:
         owner = _owner(os.read(descriptor, LONGEST))
-        alive = not _held(descriptor)
+        alive = not _locks(descriptor)
         if alive or (owner and owner.get("host") != socket.gethostname()):
-            raise ResultsError(f"{path.parent}: {_said(owner, path, alive=alive)}")
+            raise ResultsError(f"{path.parent}: {_refusal(owner, path, alive=alive)}")
         with suppress(FileNotFoundError):
             if os.path.samestat(os.stat(path), os.fstat(descriptor)):
                 os.ftruncate(descriptor, 0)
@@ -72,7 +72,7 @@ def _taken(path: Path) -> int | None:
 
 
 def _owner(text: bytes) -> dict[str, Any]:
-    """Host and process in a lock; empty if there are none."""
+    """Host and process named in a lock; empty if it names none."""
     with suppress(ValueError, RecursionError):
         found = json.loads(text)
         if isinstance(found, dict):
@@ -80,24 +80,24 @@ def _owner(text: bytes) -> dict[str, Any]:
     return {}
 
 
-def _held(descriptor: int) -> bool:
-    """Take the system's lock of an open file; False where another process has it, True where there are no locks."""
+def _locks(descriptor: int) -> bool:
+    """Take the system's lock of an open file: False if another process has it, True also if there are no locks."""
     try:
         if find_spec("fcntl"):
             fcntl: Any = import_module("fcntl")
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         else:
             msvcrt: Any = import_module("msvcrt")
-            # Of a byte behind the text, which others may then read.
+            # Locks a byte behind the text, which others may still read.
             os.lseek(descriptor, LONGEST, os.SEEK_SET)
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
     except OSError as error:
-        # Of file systems without locks it is another error.
+        # File systems without locks give other errors.
         return error.errno not in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
     return True
 
 
-def _said(owner: dict[str, Any], path: Path, *, alive: bool) -> str:
+def _refusal(owner: dict[str, Any], path: Path, *, alive: bool) -> str:
     who = f"process {owner.get('process', 'unknown')} on {owner.get('host', 'an unknown host')}"
     if alive:
         return f"{who} is writing a run there; wait for its end, or choose another folder"

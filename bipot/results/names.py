@@ -19,7 +19,7 @@ class Place(StrEnum):
 
 
 GROUPS: Mapping[Place, str] = {Place.NODES: "PointData", Place.ELEMENTS: "CellData"}
-"""VTK's names of them."""
+"""VTK's names of the groups of fields."""
 
 
 class Quantity(StrEnum):
@@ -42,12 +42,12 @@ class Rank(StrEnum):
 
 
 SHAPES: Mapping[Rank, tuple[int, ...]] = {Rank.SCALAR: (), Rank.VECTOR: (3,), Rank.TENSOR: (6,)}
-"""At a node or an element, as VTK has them."""
+"""Shapes of a value at a node or an element, as in VTK."""
 
 
 @dataclass(frozen=True)
 class Field:
-    """A field; ``finite`` says whether it is finite everywhere, ``kind`` is its type (NumPy's letter)."""
+    """A field: ``finite`` if it is so at all its places, ``kind`` its type (NumPy's letter)."""
 
     quantity: Quantity
     rank: Rank
@@ -57,7 +57,7 @@ class Field:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """At a node or an element."""
+        """Shape of a value at a node or an element."""
         return SHAPES[self.rank]
 
 
@@ -97,7 +97,7 @@ AXES: Mapping[Geometry, tuple[str, ...]] = {
 
 
 def component_names(field: Field, geometry: Geometry) -> tuple[str, ...]:
-    """Names of a field's components in the order of the file; those behind them are zero.
+    """Names of a field's components in the order of the file, in which further ones are zero.
 
     >>> component_names(STRESSES["stress"], Geometry.AXISYMMETRIC)
     ('rr', 'zz', 'tt', 'rz')
@@ -106,10 +106,10 @@ def component_names(field: Field, geometry: Geometry) -> tuple[str, ...]:
 
 
 def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
-    """The field of that ``name`` and the component, "" for all: "stress_zz" is one of "stress".
+    """The field that a ``name`` means, and the component, "" for all: "stress_zz" is one of "stress".
 
     Raises:
-        SceneError: there is none of that name; the message lists the names.
+        SceneError: a name of no field and no component; the message lists the names.
 
     >>> split(Place.NODES, "stress_rz", Geometry.AXISYMMETRIC)
     ('stress', 'rz')
@@ -118,13 +118,13 @@ def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
     known = FIELDS[place]
     if name in known:
         return name, ""
-    single = {f"{own}_{part}": (own, part) for own, field in known.items() for part in component_names(field, geometry)}
+    single = {f"{base}_{part}": (base, part) for base in known for part in component_names(known[base], geometry)}
     require(name in single, "field", name, f"one of {[*known, *single]}")
     return single[name]
 
 
 def unit_of(quantity: Quantity, units: Mapping[str, str]) -> str:
-    """The unit of a quantity from a run's ``units``; in words where they do not give it.
+    """The unit of a quantity from a run's ``units``, in words if these lack it.
 
     >>> unit_of(Quantity.RATE, {"length": "mm"}), unit_of(Quantity.STRESS, {"force": "N", "length": "mm"})
     ('mm per unit of pseudo-time', 'N/mm^2')

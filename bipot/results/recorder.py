@@ -36,7 +36,7 @@ from bipot.system import system_of
 CURVES = "history.csv"
 
 PATIENCE = 0.25
-"""Seconds for which increments wait for others, because writing one takes as long as computing a small one."""
+"""Seconds for which increments wait to be written together: a write takes as long as solving a small increment."""
 
 
 class Existing(Enum):
@@ -51,8 +51,8 @@ class Recorder:
     """Writes every accepted increment of one run into ``folder``, as a context manager.
 
     ``parameters`` (JSON values) identify the run, ``units`` are stored as given. Every history has the column
-    ``energy_error``: if ``columns`` lacks it, it comes last. A relative ``folder`` is one of the working directory when
-    the recorder is made, whichever the process changes to later. The march must begin at :attr:`start`: the end of the
+    ``energy_error``: if ``columns`` lacks it, it comes last. A relative ``folder`` belongs to the working directory in
+    which the recorder is made. The march must begin at :attr:`start`: the end of the
     recorded run if it is resumed, else the given ``start``, by default at rest. With ``Existing.RESUME`` a folder
     without a run gets a new one.
 
@@ -66,7 +66,7 @@ class Recorder:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, units, columns
             or scene (names the field), or another process writes there, or it cannot be written.
         SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another
-            scene, a material, load or surface of the user's own without a repr that tells it from others.
+            scene, an object of the user's own classes with a repr of only its address.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class Recorder:
                 known = self._known()
                 self._begin(opened) if known is None else self._go_on(opened, known)
                 self._committed, self._since = self._course, time.monotonic()
-                # Entered again, the recorder goes on with what is its own run now.
+                # If the recorder is entered again, this run is its own.
                 self.existing = Existing.RESUME
             self._opened = opened.pop_all()
         return self
@@ -144,7 +144,7 @@ class Recorder:
         with undisturbed():
             with self._written(self._so_far):
                 self._file.append(StoredStep.after(accepted), line)
-            # It is recorded from here on, whatever comes: a second time it would be one increment too many.
+            # The increment counts as recorded from here on, so that it cannot be recorded twice.
             self._course = accepted.course
             self._lines.append(line)
             if time.monotonic() - self._since >= self.patience:
@@ -162,12 +162,12 @@ class Recorder:
             with suppress(ResultsError):
                 error.history = open_results(self.folder)
         if opened is not None:
-            # Whatever ends the run says why, not that its tools could not be drawn.
+            # An error that ended the block is raised, not that tools could not be written.
             with suppress(*(ResultsError,) * (error is not None)), undisturbed():
                 open_results(self.folder).write_tools()
 
     def _begin(self, opened: ExitStack) -> None:
-        """Write step 0 of a new run, which replaces one that was there."""
+        """Write step 0 of a new run, which replaces any other."""
         file = opened.enter_context(creating(self.folder / FIELDS))
         (self.folder / TOOLS).unlink(missing_ok=True)
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
@@ -188,7 +188,7 @@ class Recorder:
             )
 
     def _commit(self) -> None:
-        """Put on disk what waits; where that fails, the run is that of the last time."""
+        """Write waiting increments to disk; if that fails, the run is that of the last commit."""
         if not self._lines:
             return
         lines, self._lines = "".join(self._lines), []
@@ -205,16 +205,16 @@ class Recorder:
         return f"increments up to {self.on_disk} are recorded; make room and resume"
 
     def _copy(self, lines: str) -> None:
-        """Append lines to the table of people."""
+        """Append lines to ``history.csv``."""
         try:
             _add(self._curves, lines)
         except OSError:
-            # The next line would follow on a gap, which resuming fills.
+            # A further line would follow a gap; resuming writes the whole table anew.
             self._file.end()
             raise
 
     def _go_on(self, opened: ExitStack, known: History) -> None:
-        """Open the run for more steps, and its table as that of the file."""
+        """Open the run for more steps, and write its table anew from the file."""
         self._course, self.note = known.end, known.note
         file = opened.enter_context(writing(self.folder / FIELDS))
         try:
@@ -234,7 +234,7 @@ class Recorder:
         return self.folder / CURVES
 
     def _known(self) -> History | None:
-        """The run to go on with; None where one is to begin."""
+        """The run to go on with; None if a new one is to begin."""
         if self.existing is Existing.OVERWRITE:
             return None
         file = run_file(self.folder)
@@ -281,12 +281,12 @@ _ABSENT, _CHOICE = "absent", "choose another folder, or overwrite it (--overwrit
 
 
 def _add(path: Path, lines: str) -> None:
-    """Append lines, or nothing of them."""
+    """Append all lines or, if that fails, none."""
     with path.open("ab") as file:
-        whole = file.tell()
+        end = file.tell()
         try:
             file.write(lines.encode())
             file.flush()
         except OSError:
-            file.truncate(whole)
+            file.truncate(end)
             raise

@@ -12,18 +12,18 @@ from bipot.fem.reduction import Components, Geometry
 from bipot.response import State
 from bipot.results.names import FIELDS, Place, Rank, component_names, split
 from bipot.results.static import Line
-from bipot.results.stored import Told
+from bipot.results.stored import RunReader
 from bipot.typing import Floats
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Step number ``step`` of a run, 0 where it starts, k after its k-th recorded increment, at pseudo-time ``tau``.
+    """Step number ``step`` of a run, 0 at its start and k after its k-th recorded increment, at pseudo-time ``tau``.
 
-    Fields are read from the file when used. A name may be that of a component: "stress_zz", "displacement_r".
+    Fields are read from the file when used. Their names may be those of components: "stress_zz", "displacement_r".
     """
 
-    told: Told
+    reader: RunReader
     geometry: Geometry
     step: int
     tau: float
@@ -31,7 +31,7 @@ class Snapshot:
     @property
     def course(self) -> Course:
         """The course of the march, which ``march(start=...)`` continues."""
-        return self.told(lambda run: run.course(self.step))
+        return self.reader(lambda run: run.course(self.step))
 
     @property
     def state(self) -> State:
@@ -41,12 +41,12 @@ class Snapshot:
     @property
     def nodes(self) -> Floats:
         """Positions (a, d) of the nodes."""
-        return self.told(lambda run: run.nodes(self.step))
+        return self.reader(lambda run: run.nodes(self.step))
 
     @property
     def tools(self) -> list[Line]:
         """Lines (p, d) of the tools at their positions."""
-        (lines,) = self.told(lambda run: run.tools(self.step, self.step + 1))
+        (lines,) = self.reader(lambda run: run.tools(self.step, self.step + 1))
         return lines
 
     def nodal(self, name: str) -> NDArray[Any]:
@@ -71,5 +71,5 @@ class Snapshot:
 
     def _field(self, place: Place, name: str) -> NDArray[Any]:
         base, part = split(place, name, self.geometry)
-        values = self.told(lambda run: run.field(place, base, self.step))
+        values = self.reader(lambda run: run.field(place, base, self.step))
         return values[:, component_names(FIELDS[place][base], self.geometry).index(part)] if part else values

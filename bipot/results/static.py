@@ -1,4 +1,4 @@
-"""What no step of a run file changes: the grid's cells, the mesh at rest, candidates, tools' lines and descriptions."""
+"""The parts of a run file that no step changes: cells, the mesh at rest, candidates, tools' lines and descriptions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ REACH = 1.25
 
 @dataclass(frozen=True)
 class Line:
-    """A line through ``points`` (p, d) of the tool of that number, which in a plane is on its right."""
+    """A line through ``points`` (p, d) on the tool number ``tool``, which in a plane is on its right."""
 
     tool: int
     points: Floats
@@ -45,7 +45,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines at rest: ``points`` (p, d), the beginnings of the lines and the end of the last (l + 1,), their tools (l,).
+    """Lines at rest: ``points`` (p, d); ``starts`` (l + 1,) of the lines, and their end; their ``tool`` (l,).
 
     A line is stored at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), with C
     the centre about which the tool turns, of the ``centres`` (k, d) (:mod:`bipot.tools.poses`). Infinite straight tools
@@ -59,7 +59,7 @@ class Lines:
 
     @staticmethod
     def of(scene: Scene) -> Lines:
-        """Those of a scene's tools."""
+        """The lines of a scene's tools."""
         nodes, d = scene.mesh.nodes, scene.mesh.dimension
         middle, reach = (nodes.min(axis=0) + nodes.max(axis=0)) / 2, REACH * scene.mesh.size
         found = [(k, line) for k, tool in enumerate(scene.tools) for line in tool.face.lines(middle, reach)]
@@ -84,8 +84,8 @@ def write_static(out: Item, system: System, parameters: Parameters, units: Mappi
     """Write the data that no step changes."""
     scene = system.body.scene
     _write_grid(out, scene.mesh)
-    own = out.create_group("bipot")
-    own.attrs["format"] = FORMAT
+    group = out.create_group("bipot")
+    group.attrs["format"] = FORMAT
     about = {
         "parameters": dict(parameters),
         "units": dict(units),
@@ -99,20 +99,19 @@ def write_static(out: Item, system: System, parameters: Parameters, units: Mappi
             f"steps/slip_tol = {SLIP_TOLERANCE:g} x motion of the tools in the increment, of the body where they rest"
         ),
     }
-    store(own, "about", as_bytes(json.dumps(about)))
-    own.create_group("steps")
-    _write_mesh(own.create_group("mesh"), scene.mesh)
-    store(own, "candidates/node", system.candidates.node)
-    store(own, "candidates/tool", system.candidates.tool)
-    lines = Lines.of(scene)
-    for name in ("points", "starts", "tool", "centres"):
-        store(own, f"tools/{name}", getattr(lines, name))
+    store(group, "about", as_bytes(json.dumps(about)))
+    group.create_group("steps")
+    _write_mesh(group.create_group("mesh"), scene.mesh)
+    store(group, "candidates/node", system.candidates.node)
+    store(group, "candidates/tool", system.candidates.tool)
+    for name, values in vars(Lines.of(scene)).items():
+        store(group, f"tools/{name}", values)
 
 
 def store(group: Item, name: str, values: ArrayLike) -> None:
-    """A dataset that does not grow, with a checksum."""
+    """Write a dataset that does not grow, with a checksum."""
     array = np.asarray(values)
-    # What is empty has no chunk to check.
+    # An empty dataset has no chunk to check.
     group.create_dataset(name, data=array, fletcher32=True if array.size else None)
 
 
@@ -122,9 +121,9 @@ def as_bytes(text: str) -> ArrayLike:
 
 
 def write_cells(file: Item, points: int, connectivity: Ints, ends: Ints, kind: int) -> Item:
-    """The group of a grid of so many points: one partition whose cells of one ``kind`` of VTK's every step shares.
+    """The group of a grid of so many ``points``: one partition, whose cells of VTK's type ``kind`` all steps share.
 
-    Their numbers of points stand in the ``connectivity``, those of each between two of the ``ends`` (n + 1,).
+    ``connectivity`` has the points of the cells one after the other, those of a cell between two of ``ends`` (n + 1,).
     """
     vtk = file.create_group("VTKHDF")
     vtk.attrs["Version"] = np.array([2, 2])
@@ -140,7 +139,7 @@ def write_cells(file: Item, points: int, connectivity: Ints, ends: Ints, kind: i
 
 
 def _write_grid(file: Item, mesh: Mesh) -> None:
-    """The static part of the body's grid."""
+    """Write the part of the body's grid that no step changes."""
     ends = np.arange(len(mesh.elements) + 1) * mesh.elements.shape[1]
     vtk = write_cells(file, len(mesh.nodes), mesh.elements.ravel(), ends, mesh.element.vtk)
     steps = vtk.create_group("Steps")
@@ -153,6 +152,6 @@ def _write_grid(file: Item, mesh: Mesh) -> None:
 def _write_mesh(group: Item, mesh: Mesh) -> None:
     store(group, "nodes", mesh.nodes)
     store(group, "elements", mesh.elements)
-    # By number, for a name may be one that HDF5 takes for a path; ``about`` has the names.
+    # By number, because HDF5 may take a name for a path; ``about`` has the names.
     for number, edges in enumerate(mesh.boundaries.values()):
         store(group, f"boundaries/{number}", edges)

@@ -61,7 +61,7 @@ def read(file: Path, what: Callable[[Run], T]) -> T:
 
 
 def _seen(file: Path) -> tuple[object, ...]:
-    """What a commit changes of a file as seen from outside."""
+    """What the system says of a file that every commit changes."""
     try:
         status = file.stat()
     except OSError:
@@ -70,26 +70,26 @@ def _seen(file: Path) -> tuple[object, ...]:
 
 
 @dataclass(frozen=True)
-class Told:
-    """What a ``file`` tells as long as it holds the run whose columns are the ``text``, maybe with further rows."""
+class RunReader:
+    """Reads a ``file`` as long as it holds the run whose history begins with the ``text``."""
 
     file: Path
     text: str = field(repr=False)
 
     def __call__(self, what: Callable[[Run], T]) -> T:
-        """Read; raises ResultsError as :func:`read`, and where it is another run."""
+        """See :func:`read`; raises ResultsError also if the file holds another run."""
 
-        def own(run: Run) -> T:
+        def checked(run: Run) -> T:
             if not run.history().startswith(self.text):
                 raise ResultsError(f"{self.file}: holds another run than when it was opened: open it again")
             return what(run)
 
-        return read(self.file, own)
+        return read(self.file, checked)
 
 
 @dataclass(frozen=True)
 class Run:
-    """An open run file by its root."""
+    """The contents of an open run file, from its ``root``."""
 
     root: Checked
 
@@ -102,7 +102,7 @@ class Run:
         return count
 
     def format(self) -> int:
-        """That of the layout."""
+        """Version of the file's layout."""
         version = self.root.group("bipot").attribute("format")
         if version not in READABLE:
             raise self._refused("bipot: format", version, f"one of {READABLE}: another version wrote it")
@@ -111,9 +111,8 @@ class Run:
     def about(self) -> Mapping[str, Any]:
         """Parameters, units, the scene in words, names of boundaries."""
         self.format()
-        own = self.root.group("bipot")
         try:
-            about = json.loads(own.text("about"))
+            about = json.loads(self.root.group("bipot").text("about"))
         except (ValueError, RecursionError) as error:
             raise self._refused("bipot/about", error, "JSON") from error
         kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list}
@@ -123,12 +122,12 @@ class Run:
         return about
 
     def history(self) -> str:
-        """The text of ``history.csv``: a line a step, that of step 0 the header."""
-        own, count = self.root.group("bipot"), self.count
-        ends = own.rows("history_ends", "i", 0, count, ())
+        """The text of ``history.csv``: one line for each step, that of step 0 being the header."""
+        group = self.root.group("bipot")
+        ends = group.rows("history_ends", "i", 0, self.count, ())
         if (np.diff(ends, prepend=0) <= 0).any():
             raise self._refused("bipot/history_ends", ends.tolist(), "increasing")
-        letters = own.rows("history", "u", 0, int(ends[-1]), ())
+        letters = group.rows("history", "u", 0, int(ends[-1]), ())
         try:
             return letters.astype(np.uint8).tobytes().decode()
         except ValueError as error:
@@ -152,7 +151,7 @@ class Run:
 
     @property
     def _dimension(self) -> int:
-        """3 where nodes have so many coordinates, else 2, which others are then refused for."""
+        """3 if nodes have three coordinates, else 2: the check of their shape then refuses any other number."""
         return 3 if self.root.group("bipot/mesh").shape("nodes")[1:] == (3,) else 2
 
     def nodes(self, step: int) -> Floats:
@@ -188,10 +187,10 @@ class Run:
 
     def course(self, step: int) -> Course:
         """The course of the march after a step."""
-        own = self.root.group("bipot/steps")
+        group = self.root.group("bipot/steps")
 
         def one(name: str, shape: tuple[int | None, ...] = (), kind: str = "f", *, finite: bool = True) -> Any:
-            return own.rows(name, kind, step, step + 1, shape, finite=finite)[0]
+            return group.rows(name, kind, step, step + 1, shape, finite=finite)[0]
 
         state = self._state(step, one)
         tau, middle = one("before_times", (2,), finite=False)
@@ -212,7 +211,7 @@ class Run:
         )
 
     def _state(self, step: int, one: Callable[..., Any]) -> State:
-        """The state after a step, of which ``one`` reads an array by its name, shape and kind."""
+        """The state after a step; ``one`` reads one of the step's arrays by name, shape and kind."""
         mesh, d = self.root.group("bipot/mesh"), self._dimension
         contacts = self.root.group("bipot/candidates").length("node")
         stress = one("stress", (mesh.length("elements"), None, components(d)))
@@ -238,7 +237,7 @@ class Run:
         )
 
     def _made(self, field: str, make: Callable[[], T]) -> T:
-        """What its own checks let pass."""
+        """The value that ``make`` returns, unless its own checks refuse what the file holds."""
         try:
             return make()
         except SceneError as error:

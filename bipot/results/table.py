@@ -1,4 +1,4 @@
-"""``history.csv`` as a text: a line a row, read back to the last digit."""
+"""The text of ``history.csv``: one line for each row, with numbers that are read back to the last digit."""
 
 from __future__ import annotations
 
@@ -17,15 +17,12 @@ from bipot.results.columns import Value, encodes
 
 def require_value(value: object, name: str) -> None:
     """Refuse values that a column cannot hold, which would be stored as Python's text for them."""
-    known = isinstance(value, int | float | str | np.integer | np.floating) and not isinstance(value, bool)
-    known = known and not (isinstance(value, str) and not encodes(value))
-    told = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else value
-    require(known, f"column {name!r}", told, "a number or a string, of every increment")
+    fits = encodes(value) if isinstance(value, str) else isinstance(value, int | float | np.integer | np.floating)
+    shown = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else value
+    require(fits and not isinstance(value, bool), f"column {name!r}", shown, "a number or a string, of every increment")
     if isinstance(value, int):
-        large = abs(value) > LARGEST_COUNT
-        require(
-            not large, f"column {name!r}: bits of a whole number", value.bit_length(), "at most 63; or give a float"
-        )
+        field, small = f"column {name!r}: bits of a whole number", abs(value) <= LARGEST_COUNT
+        require(small, field, value.bit_length(), "at most 63; or give a float")
 
 
 def line(values: Sequence[Value]) -> str:
@@ -40,7 +37,7 @@ def columns(text: str, place: str) -> Mapping[str, NDArray[Any]]:
     """Columns (n,) by name: integers if all are, else floats if all are, else strings.
 
     Raises:
-        ResultsError: it is no table; the message names the ``place`` and the row.
+        ResultsError: the text is no table; the message names the ``place`` and the row.
     """
     try:
         header, *rows = csv.reader(io.StringIO(text, newline=""))
@@ -64,7 +61,7 @@ def _typed(texts: list[str]) -> NDArray[Any]:
 
 
 def _number(text: str) -> float:
-    """The number that :func:`line` writes so; ValueError for a string, also one like "007" that reads as one."""
+    """The number that :func:`line` writes as ``text``; ValueError for any other text, such as "007"."""
     for kind in (int, float):
         with suppress(ValueError):
             if str(number := kind(text)) == text:

@@ -1,19 +1,19 @@
 """The run file ``run.vtkhdf``: an HDF5 file in VTKHDF layout, for ParaView and for resuming a march.
 
-``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is where the march
-starts, the body at rest as a rule, step k = accepted increment k: points and vectors padded to three components, nodal
-fields (:mod:`bipot.results.names`, :mod:`bipot.results.fields`), and cell averages weighted by volume (symmetric
-tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest,
-full integration-point arrays and all else that a resumed march needs, step by step, the lines and poses of tools, the
-text of ``history.csv``, and in ``about`` the parameters, units, versions, and names of all fields.
+``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is the start of the
+march, usually the body at rest, and step k is recorded increment k. A step has points and vectors padded to three
+components, nodal fields (:mod:`bipot.results.names`, :mod:`bipot.results.fields`), and cell averages weighted by volume
+(symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh
+at rest; for each step the fields at integration points and all else that a resumed march needs; lines and poses of
+tools; the text of ``history.csv``; and in ``about`` parameters, units, versions, and names of all fields.
 
 Everything is appended with a checksum per chunk (HDF5's Fletcher filter), counted, then committed
 (:mod:`bipot.hdf5.journal`): steps within the count ``NSteps`` are complete. Steps that are committed together are
-written together, because the cost is that of calls.
+written together, because each call of HDF5 has its cost.
 
-The file ``tools.vtkhdf`` beside it has the run's tools as lines that move. It is a second file, because readers of
-steps accept one grid of one kind. It contains nothing that the run's file does not: it is written when recording ends,
-and again on request.
+The file ``tools.vtkhdf`` beside it has the run's tools as moving lines. It is a second file, because readers of steps
+accept one grid of one kind. It contains nothing that the run's file does not: it is written when recording ends, and
+again on request.
 """
 
 from __future__ import annotations
@@ -54,14 +54,14 @@ GROWING = (
     "bipot",
     "bipot/steps",
 )
-"""Groups whose datasets grow, beside VTKHDF/Steps."""
+"""Groups with datasets that grow, besides VTKHDF/Steps."""
 
 OFFSETS = {group: FIELDS[place] for place, group in GROUPS.items()}
-"""Fields of either group begin in the same row, so one dataset under their names gives the offset."""
+"""Fields by group: all of a group begin in the same row, so one dataset under all their names gives the offset."""
 
 
 class RunFile:
-    """An open run file that steps are appended to.
+    """An open run file, to which steps are appended.
 
     Its datasets are created with step 0 and kept open, because looking them up costs more than writing a row.
     """
@@ -102,11 +102,11 @@ class RunFile:
 
     @property
     def count(self) -> int:
-        """Steps that are complete, step 0 included."""
+        """Number of complete steps, step 0 included."""
         return int(self._steps.attrs["NSteps"])
 
     def cut_back(self) -> bool:
-        """Truncate datasets that are longer than the count of steps; returns whether there were any.
+        """Cut datasets that are longer than the count of steps; returns whether there were any.
 
         Raises:
             ResultsError: a dataset is shorter; it is named.
@@ -136,12 +136,12 @@ class RunFile:
         try:
             self._append(step, line)
         except BaseException:
-            # What is half appended would be taken for a step by the next.
+            # The next step would follow on half of this one.
             self.end()
             raise
 
     def commit(self) -> None:
-        """Write the waiting steps, count them, and commit.
+        """Write the waiting steps, count them and commit.
 
         Raises:
             OSError: it cannot be written; the file is that of the last commit, and stays so.

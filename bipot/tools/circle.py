@@ -13,19 +13,19 @@ from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
 from bipot.typing import Bools, Floats, Vector
 
 AROUND = np.pi / 3
-"""Angle around a circle: a point whose straight way through it turns by more came out on another side."""
+"""A straight way through a circle around which it goes by more than this angle comes out on another side."""
 
 PAST = 2 * np.pi / 3
 """A straight way through a tool between normals that differ by more than this is not a slide around it."""
 
 DEEP = 1 - float(np.cos(AROUND / 2))
-"""Over the radius: the depth of a straight way between places of a circle that are :data:`AROUND` apart.
+"""Depth of a straight way between places of a circle that are :data:`AROUND` apart, over the radius.
 
-The radius is that of the largest circle in the tool, here and below.
+The radius, here and below, is that of the largest circle in the tool.
 """
 
 OPEN = 1e-6
-"""A point whose gap is no more than this, over the radius, touches the tool."""
+"""A point with a gap of no more than this, over the radius, touches the tool."""
 
 GRAZED = 0.02
 """A way through the tool no deeper than this, over the radius, is a graze."""
@@ -34,7 +34,7 @@ SHALLOW = 1e-6
 """A way through the tool no deeper than this, over its length, runs along it."""
 
 ROUND = 120
-"""Straights by which a whole circle is drawn."""
+"""Number of straights by which a whole circle is drawn."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +100,9 @@ class Circle(Surface):
         return (slid | (open_at_both & (nearest < (1 - GRAZED) * self.radius))) & (not self.concave)
 
     def tips(self) -> Tips:
-        """As :meth:`Surface.tips`: itself, where it is convex."""
-        own = int(not self.concave)
-        return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own), 2 * self.radius)
+        """As :meth:`Surface.tips`: the circle itself if it is convex."""
+        count = int(not self.concave)
+        return Tips(np.array([self.centre] * count).reshape(-1, 2), np.array([self.radius] * count), 2 * self.radius)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""

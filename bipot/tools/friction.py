@@ -1,4 +1,4 @@
-"""Friction on a tool: Coulomb's coefficient and the cap by the body's shear yield stress, of the tool and of nodes."""
+"""Friction on a tool: Coulomb's coefficient and the cap by the body's shear yield stress, of a tool and by node."""
 
 from __future__ import annotations
 
@@ -9,23 +9,21 @@ from typing import Any
 from bipot.errors import require, require_count, require_number, require_type
 from bipot.typing import FrozenMap, make_floats
 
-LARGEST_MU = 1e12
-
-LARGEST_SHEAR = 1.0
-"""A body carries no more than its own shear yield stress along a surface."""
+LARGEST_MU, LARGEST_SHEAR = 1e12, 1.0
+"""A body carries no more than its own shear yield stress along a surface: the second is in units of it."""
 
 
 def check_friction(tool: Any) -> None:
-    """Check the fields of a :class:`~bipot.tools.tool.Tool` that say how it rubs, and make plain numbers of them.
+    """Check the friction fields of a :class:`~bipot.tools.tool.Tool`, and make plain numbers of them.
 
     Raises:
-        SceneError: one out of its range, or of a node where the tool is welded or would be at that node alone.
+        SceneError: a field out of its range, or by node where the tool is welded, or would be at that node alone.
     """
     make_floats(tool, "mu", "shear")
     for name, largest in (("mu", LARGEST_MU), ("shear", LARGEST_SHEAR)):
         value = getattr(tool, name)
-        said = f">= 0, to {largest:g} (inf {'welds' if name == 'mu' else 'caps nothing'})"
-        require(0 <= value <= largest or value == math.inf, name, value, said)
+        allowed = f">= 0, to {largest:g} (inf {'welds' if name == 'mu' else 'caps nothing'})"
+        require(0 <= value <= largest or value == math.inf, name, value, allowed)
     object.__setattr__(tool, "mu_at", _by_node(tool.mu_at, "mu_at", LARGEST_MU, "finite and ", ()))
     object.__setattr__(tool, "shear_at", _by_node(tool.shear_at, "shear_at", LARGEST_SHEAR, "", (math.inf,)))
     for name in ("mu_at", "shear_at"):
@@ -37,13 +35,13 @@ def check_friction(tool: Any) -> None:
 
 
 def _by_node(
-    by_node: Mapping[int, float], name: str, largest: float, said: str, beyond: tuple[float, ...]
+    by_node: Mapping[int, float], name: str, largest: float, prefix: str, beyond: tuple[float, ...]
 ) -> FrozenMap[int, float]:
-    """The numbers of a field by node, from 0 to the ``largest`` or one of those ``beyond``."""
+    """The numbers of a field by node, each in [0, ``largest``] or ``beyond``; messages have a ``prefix``."""
     require_type(by_node, Mapping, name)
     for node, value in by_node.items():
         require_count(node, f"{name} node", 0)
         require_number(value, f"{name}[{node}]")
         allowed = 0 <= value <= largest or value in beyond
-        require(allowed, f"{name}[{node}]", value, f"{said}>= 0, to {largest:g}" + " or inf" * bool(beyond))
+        require(allowed, f"{name}[{node}]", value, f"{prefix}>= 0, to {largest:g}" + " or inf" * bool(beyond))
     return FrozenMap({int(node): float(value) for node, value in by_node.items()})

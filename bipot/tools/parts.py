@@ -1,13 +1,13 @@
-r"""The nodes of candidates that are means, met one by one by curved tools.
+r"""The parts of candidates that are means of nodes: the nodes, each of which a curved tool meets by itself.
 
 A mean D of nodes (:mod:`bipot.contact.sampling`) has the gap and the slip
 
     g_p = sum_k D_pk g(x_k),    w_p = Q_p sum_k D_pk w(x_k),
 
-of its nodes, with slips in frames transported from that of p to the nodes. On a flat tool g_p is the gap of the mean
-position sum_k D_pk x_k. On a curved one the mean positions of a body that lies on it are off the surface by the square
-of the nodes' distance. Q_p projects a slip on the planes of symmetry, in the tangents of p. Dual to this, node k takes
-the force D_pk (r_n, Q_p r_t) in its own frame.
+with the gaps and slips of its nodes, slips in frames transported from that of p to the nodes. On a flat tool g_p is the
+gap of the mean position sum_k D_pk x_k. Of a body that lies on a curved tool mean positions are off the surface by the
+square of the nodes' distance. Q_p projects a slip on the planes of symmetry, in the tangents of p. Dual to this, node k
+takes the force D_pk (r_n, Q_p r_t) in its own frame.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from bipot.typing import Bools, Floats, Ints, einsum
 
 @dataclass(frozen=True)
 class Parts:
-    """w nodes of ``count`` c candidates: ``owner`` (w,), in order, ``weight`` D (w,), and Q, ``within`` (c, d-1, d-1).
+    """w parts of ``count`` c candidates: sorted ``owner`` (w,), ``weight`` D (w,), and ``within`` Q (c, d-1, d-1).
 
-    Q is the identity if None. Where each candidate is a :attr:`single` part, values of parts are those of candidates.
+    Q is the identity if None. If each candidate is a :attr:`single` part, values of parts are those of candidates.
     """
 
     count: int
@@ -58,19 +58,19 @@ class Parts:
         return np.concatenate([out[:, :1], self.within @ out[:, 1:]], axis=1)
 
     def averaged(self, values: Floats) -> Floats:
-        """The same by |D|, over their sum."""
+        """sum_k |D_pk| v_k / sum_k |D_pk| (c, …) of values (w, …)."""
         if self.single:
             return values
-        size = abs(self._means)
-        share = sp.diags_array(1.0 / np.asarray(size.sum(axis=1)).ravel()) @ size
+        weights = abs(self._means)
+        share = sp.diags_array(1.0 / np.asarray(weights.sum(axis=1)).ravel()) @ weights
         return np.asarray(share @ values.reshape(len(values), -1)).reshape(self.count, *values.shape[1:])
 
     def motion(self, motion: Floats) -> Floats:
-        """Gap and slip (c, d) of those of parts (w, d)."""
+        """Gap and slip (c, d) of candidates from those of their parts (w, d)."""
         return self._kept(self.gathered(motion))
 
     def spread(self, r: Floats) -> Floats:
-        """Forces (w, d) on parts by forces r (c, d) on candidates."""
+        """Forces (w, d) on parts from forces r (c, d) on candidates."""
         return r if self.single else self.weight[:, None] * self._kept(r)[self.owner]
 
     def rows(self, frames: Floats) -> Floats:
@@ -80,16 +80,16 @@ class Parts:
         return np.concatenate([frames[:, :1], self.within[self.owner] @ frames[:, 1:]], axis=1)
 
     def sums(self, values: Floats) -> Floats:
-        """Sums (c,) of the values (w,) of their parts."""
+        """Sums (c,) of values (w,) over the parts of each candidate."""
         return values if self.single else np.asarray(np.bincount(self.owner, values, self.count), np.float64)
 
     def any(self, of: Bools) -> Bools:
-        """Candidates (c,) of which any part (w,) is one ``of`` these."""
+        """Candidates (c,) with any part ``of`` these (w,)."""
         return of if self.single else np.bincount(self.owner, of, self.count) > 0
 
     @cached_property
     def first(self) -> Ints:
-        """A part of each candidate (c,)."""
+        """Number (c,) of the first part of each candidate."""
         return np.searchsorted(self.owner, np.arange(self.count))
 
     def _kept(self, vectors: Floats) -> Floats:

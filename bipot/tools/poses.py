@@ -27,7 +27,7 @@ from bipot.tools.surfaces import direction
 from bipot.typing import Floats, make_floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
-"""In radians; a smaller angle than the second moves no point, however far it is from the centre."""
+"""In radians; an angle below the second moves no point, however far it is from the centre."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ class Turn:
 
     Raises:
         SceneError: a centre that is not two finite numbers, or three in space, an axis in a plane, none in space or no
-            unit vector, an angle that is none, an amplitude that begins elsewhere, an angle beside a moment.
+            unit vector, an angle out of range, an amplitude that is not zero at tau = 0, an angle beside a moment.
     """
 
     angle: float
@@ -114,9 +114,9 @@ class Turn:
         make_floats(self, "angle", of="turn.")
         require_type(self.amplitude, Amplitude, "turn.amplitude")
         for size in (self.angle, self.angle * self.amplitude.largest):
-            known = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
+            allowed = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
             fits = size == 0 or SMALLEST_ANGLE <= abs(size) <= LARGEST_ANGLE
-            require(fits, "turn.angle, its amplitude with it", size, known)
+            require(fits, "turn.angle, its amplitude with it", size, allowed)
         object.__setattr__(self, "centre", vector(self.centre, "turn.centre"))
         require_magnitude(max(map(abs, self.centre)), "turn.centre", LARGEST_LENGTH)
         self._check_axis()
@@ -135,7 +135,7 @@ class Turn:
 
     @property
     def about(self) -> Floats:
-        """The angles of a pose, one or three, of a turn by one radian."""
+        """The angles of a pose, (1,) or (3,), of a turn by one radian."""
         return np.array(self.axis or (1.0,))
 
     def at(self, tau: float) -> float:
@@ -153,8 +153,8 @@ class Turn:
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
         """The motion in the tool's frame of points x (…, d) that move ``by`` (…, d) as it moves by ``advance`` (p,).
 
-        It is that after a ``part`` (…) of the advance, which translates and turns evenly, in which they move so. It is
-        exact to the round-off of the motions, not of the positions.
+        While the points do so, the tool makes only a ``part`` (…) of the advance, which translates and turns evenly.
+        The result is exact to the round-off of the motions, not of the positions.
         """
         part = np.asarray(part, dtype=np.float64)[..., None]
         Q, angle = rotation(angles_of(pose)), part * float(angles_of(advance) @ self.about)
@@ -174,7 +174,7 @@ class Turn:
         return chord * self.swirl(self.arm(middle, pose) - advance[: len(self.centre)] / 2)
 
     def swirl(self, arm: Floats) -> Floats:
-        """The rate (…, d) by angle of points at ``arm`` (…, d) from the centre as the tool turns."""
+        """The velocity (…, d), per unit of angle, of points at ``arm`` (…, d) from the centre as the tool turns."""
         return crossed(self.about, arm)
 
 
@@ -221,7 +221,7 @@ def rotation(angles: Floats) -> Floats:
 
 
 def _turned_by(angles: Floats) -> Floats:
-    """Q - 1 (d, d) of :func:`rotation`, to its own round-off."""
+    """Q - 1 (d, d) of :func:`rotation`, without the round-off of one."""
     angle = float(norm(angles)) if len(angles) == 3 else float(angles[0])
     half = np.sin(angle / 2)
     if len(angles) == 1:
@@ -232,5 +232,5 @@ def _turned_by(angles: Floats) -> Floats:
 
 
 def angles_of(poses: Floats) -> Floats:
-    """Those (…, 1) of poses (…, 3) in a plane, or (…, 3) of poses (…, 6) in space."""
+    """The angles (…, 1) of poses (…, 3) in a plane, or (…, 3) of poses (…, 6) in space."""
     return poses[..., 2:] if poses.shape[-1] == 3 else poses[..., 3:]

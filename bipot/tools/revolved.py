@@ -8,9 +8,9 @@ curvatures
 
 which are equal on the axis where the normal is along it.
 
-Whether straight ways of points come out on another side is told by the distance alone: along a way the gap changes by
-no more than its length, so a way is checked only where it may be in the tool, in steps of a small part of the tool's
-thickness, or of its own length where that is short.
+Whether the straight way of a point comes out on another side is decided by distances alone. Along a way the gap changes
+by no more than its length, so only ways that may be in the tool are checked, in steps of a small part of the tool's
+thickness, or of the way if that is short.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, directi
 from bipot.typing import Bools, Floats, Vector
 
 RING = 48
-"""Points of a ring around the axis: each may come between nodes, and straights between them draw it."""
+"""Number of points of a ring around the axis: each may come between nodes, and straights between them draw it."""
 
 ON_AXIS = 1e-12
-"""Of its distances: what is no farther from the axis is on it."""
+"""Points no farther from the axis than this, over the lengths of the surface, are on it."""
 
 NEXT_TO_AXIS = 1e-9
-"""Of its distances: so near to the axis n_r / r is round-off, and both curvatures are one."""
+"""Nearer to the axis than this, over the lengths of the surface, n_r / r is round-off and both curvatures are equal."""
 
 HALF, FAR = (1.0, 0.0), 1e6
-"""The normal of the axis in the half plane, and how far lines without an end are looked at, over the rest."""
+"""The normal of the axis in the meridian's plane; how far infinite lines are checked, over the size of the others."""
 
 MERIDIANS, CIRCLES = 12, 9
-"""By how many meridians and circles a surface is drawn."""
+"""Numbers of meridians and circles by which a surface is drawn."""
 
 LEAST, MOST = 17, 4096
 """Range of the number of points checked on a way: enough to detect a depth of GRAZED of the tool."""
@@ -54,8 +54,8 @@ class Revolved(Surface):
     """The surface that the ``meridian`` makes as it turns about the axis through ``point`` along the unit ``axis``.
 
     The meridian is a :class:`~bipot.tools.circle.Circle`, a :class:`~bipot.tools.profiles.Profile` or any other surface
-    of a plane, whose first coordinate is the distance from the axis and whose second is the height along it, from the
-    point on. It must be its own mirror image in the axis, or lie on one side of it only, such that no point is nearer
+    of a plane, whose first coordinate is the distance from the axis and whose second is the height along it above
+    the point. It must be its own mirror image in the axis, or lie on one side of it only, such that no point is nearer
     to a part beyond the axis.
 
     Raises:
@@ -120,7 +120,7 @@ class Revolved(Surface):
 
     @cached_property
     def _tips(self) -> Tips:
-        """Those on the axis, and :data:`RING` it of each that is off it; as thick as the meridian."""
+        """The meridian's tips on the axis, and :data:`RING` for each other one; as thick as the meridian."""
         tips = self.meridian.tips()
         solid = isinstance(self.meridian, Plane) and self.meridian.normal[0] > ACROSS
         thickness = -2 * float(self.meridian.gap(np.zeros(2), np.zeros(2))) if solid else tips.thickness
@@ -146,7 +146,7 @@ class Revolved(Surface):
         return Revolved(self.meridian, reflected(self.point, normal, position), reflected(self.axis, normal, 0.0))
 
     def same(self, other: Surface, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.same`: of spheres whatever their axis is."""
+        """As :meth:`bipot.tools.surfaces.Surface.same`; spheres are compared whatever their axes are."""
         if not isinstance(other, Revolved):
             return False
         one, two = self._sphere, other._sphere
@@ -156,7 +156,7 @@ class Revolved(Surface):
         apart, axis = np.subtract(other.point, self.point), np.array(self.axis)
         way, up = float(axis @ np.array(other.axis)), float(apart @ axis)
         on_axis = float(norm(apart - up * axis)) <= roundoff and 1 - abs(way) <= ACROSS
-        # Turned upside down about half the height between the points; where both go up that is done twice.
+        # Mirrored at half the height between the points; where both axes go the same way, mirrored twice.
         meridian = other.meridian if way < 0 else other.meridian.image((0.0, 1.0), 0.0)
         return on_axis and self.meridian.same(meridian.image((0.0, 1.0), up / 2), roundoff)
 
@@ -175,7 +175,7 @@ class Revolved(Surface):
 
     @property
     def _sphere(self) -> tuple[Vector, float, bool] | None:
-        """Centre, radius, and whether it is hollow, where it is a sphere."""
+        """Centre, radius and whether it is hollow, if this is a sphere."""
         circle = self.meridian
         if not isinstance(circle, Circle) or abs(circle.centre[0]) > ON_AXIS * circle.radius:
             return None
@@ -187,7 +187,7 @@ class Revolved(Surface):
         axis, out = np.array(self.axis), x - np.array(self.point)
         z = out @ axis
         out = out - z[..., None] * axis
-        # Next to the axis what is left is round-off along it too.
+        # Next to the axis this leaves round-off along it, which is comparable with the rest.
         out = out - (out @ axis)[..., None] * axis
         r = norm(out)
         outward = np.where((r > 0)[..., None], out / np.where(r > 0, r, 1.0)[..., None], frames(axis)[1])

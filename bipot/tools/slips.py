@@ -29,17 +29,17 @@ SMALL = 0.02
 """Sine of the angle between two normals below which k is its series, good to round-off."""
 
 OPPOSITE = 1e-6
-"""1 + a . n below which no rotation from a to n is the shortest: frames there are any."""
+"""1 + a . n below which no rotation from a to n is the shortest: frames there are arbitrary."""
 
 LEAST_SINE = 1e-3
-"""Normals that are nearer to opposite ones than this angle are taken to be as far off: no accepted slip is so long."""
+"""Least sine between two nearly opposite normals, for finite numbers: no accepted slip is so long."""
 
 SINGULAR = 1e-6
-"""Over the largest: stretches of a frame below it are none, as at sharp corners, where the surface stands still."""
+"""Singular values of rows below this, over the largest, are zero: at a sharp corner the nearest place stands still."""
 
 
 def transported(reference: Floats, normal: Floats) -> Floats:
-    """Frames (c, 3, 3) of unit normals (c, 3): the ``reference`` frames (c, 3, 3), by the shortest rotations there.
+    """Frames (c, 3, 3) of unit normals (c, 3): the ``reference`` frames (c, 3, 3), turned by the shortest rotations.
 
     >>> square = frames(np.array([[0.0, 0.0, 1.0]]))
     >>> transported(square, np.array([[0.6, 0.0, 0.8]])).round(12).tolist()
@@ -47,27 +47,27 @@ def transported(reference: Floats, normal: Floats) -> Floats:
     """
     a, along = reference[:, 0], reference[:, 1:]
     beside = 1 + np.vecdot(a, normal)
-    any_ = beside < OPPOSITE
-    part = np.vecdot(along, normal[:, None]) / np.where(any_, 1.0, beside)[:, None]
+    opposite = beside < OPPOSITE
+    part = np.vecdot(along, normal[:, None]) / np.where(opposite, 1.0, beside)[:, None]
     carried = along - part[..., None] * (a + normal)[:, None]
-    own = frames(normal)
-    return np.concatenate([normal[:, None], np.where(any_[:, None, None], own[:, 1:], carried)], axis=1)
+    tangents = np.where(opposite[:, None, None], frames(normal)[:, 1:], carried)
+    return np.concatenate([normal[:, None], tangents], axis=1)
 
 
 def spin(reference: Floats, normal: Floats) -> Floats:
-    """How transported frames turn about their normal (c, 3), by what that changes by: t_2 . dt_1 = spin . dn."""
+    """The derivative (c, 3) by the normal of how far transported frames turn about it: t_2 . dt_1 = spin . dn."""
     a = reference[:, 0]
     beside = 1 + np.vecdot(a, normal)
-    any_ = beside < OPPOSITE
-    return np.where(any_[:, None], 0.0, np.cross(normal, a) / np.where(any_, 1.0, beside)[:, None])
+    opposite = beside < OPPOSITE
+    return np.where(opposite[:, None], 0.0, np.cross(normal, a) / np.where(opposite, 1.0, beside)[:, None])
 
 
 @dataclass(frozen=True)
 class Slip:
-    """Slips of c points of the surface's equal gaps, from the ``normal`` (c, 3) where they begin with a ``gap`` (c,).
+    """Slips of c points that move ``by`` (c, 3) from where their ``gap`` is (c,) and the ``normal`` (c, 3).
 
-    They go ``by`` (c, 3), and are at the end at ``gap_end`` (c,) where the frames are ``frames`` (c, 3, 3), the
-    derivative of the normal ``curvature`` (c, 3, 3), and that of the frames about it ``turning`` (c, 3).
+    At the end their gap is ``gap_end`` (c,) and their frames are ``frames`` (c, 3, 3); ``curvature`` (c, 3, 3) is the
+    derivative of the normal there, ``turning`` (c, 3) that of the frames about it, both by the place.
     """
 
     gap: Floats
@@ -85,7 +85,7 @@ class Slip:
         return self._along + (k * self._turned)[:, None] * self._across
 
     def derivative(self) -> Floats:
-        """That of :attr:`components` by the places of the ends (c, 2, 3)."""
+        """The derivative (c, 2, 3) of :attr:`components` by the places of the ends."""
         n, t, C = self.frames[:, 0], self.frames[:, 1:], self.curvature
         (k, slope), m, b = self._arcs, self._turned, self._across
         sunk, cosine = np.vecdot(n, self._chord), np.vecdot(n, self.normal)
@@ -109,7 +109,7 @@ class Slip:
 
     @property
     def _along(self) -> Floats:
-        """t_i . d (c, 2), where t_i . n = 0 is so to the last bit."""
+        """t_i . d (c, 2), with t_i . n = 0 used exactly."""
         return np.vecdot(self.frames[:, 1:], self.by[:, None]) + self.gap[:, None] * self._across
 
     @property
@@ -140,7 +140,7 @@ class Slip:
 
 
 def measured(rows: Floats, derivative: Floats) -> Floats:
-    """What motions change by (c, 3, 3) where the ``rows`` (c, 3, 3) say that they change by one.
+    """The change (c, 3, 3) of motions, gap and slip, for unit changes by the ``rows`` (c, 3, 3).
 
     The derivatives (c, 2, 3) of slips differ from the tangential rows by the square of the angle that normals turn by
     in the increment, and by the turn of the frames; gaps change as their rows say.
@@ -151,6 +151,6 @@ def measured(rows: Floats, derivative: Floats) -> Floats:
 
 
 def _spun(components: Floats, turning: Floats) -> Floats:
-    """How components (c, 2) of what stands still change (c, 2, 3) as the frame turns about its normal."""
+    """How ``components`` (c, 2) of a fixed vector change (c, 2, 3) as the frame turns about its normal."""
     crossed = components[:, ::-1] * (1.0, -1.0)
     return crossed[..., None] * turning[:, None]

@@ -11,8 +11,8 @@ s of its nearest point, whose derivatives are
     grad s = (1 - c g) t,    grad grad s = -c (1 - c g) (n t' + t n')
 
 on pieces of constant k. Slips measured by s add up over increments of any length, so the measure is path-consistent.
-Dual to s is the shear force, along t where g = 0. In space a surface has two
-principal curvatures, grad n = sum_i c_i e_i e_i', and slips are those of :mod:`bipot.tools.slips`.
+Dual to s is the shear force, along t where g = 0. In space a surface has two principal curvatures,
+grad n = sum_i c_i e_i e_i', and slips are those of :mod:`bipot.tools.slips`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ACROSS = 1e-12
 
 
 class Distance(NamedTuple):
-    """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps.
+    """At points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps.
 
     In space ``curvature`` is that of the surface of equal gaps, as grad n (…, 3, 3).
     """
@@ -44,7 +44,7 @@ class Distance(NamedTuple):
 
 
 class Tips(NamedTuple):
-    """Convex parts that may come between nodes: circles around ``centre`` (m, d) of ``radius`` (m,), 0 of corners.
+    """Convex parts that may come between nodes: circles of ``radius`` (m,), 0 at corners, around ``centre`` (m, d).
 
     ``thickness`` is the diameter of the largest circle in the tool.
     """
@@ -119,7 +119,7 @@ class Plane(Surface):
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
 
     Raises:
-        SceneError: a vector that is not two finite numbers, or three in space, a normal that is none.
+        SceneError: a vector that is not two finite numbers, or three in space, a normal that is no unit vector.
 
     >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
     np.float64(0.75)
@@ -135,7 +135,7 @@ class Plane(Surface):
         require_components(self.point, len(self.normal), "plane.point")
 
     def offset(self, moved: Floats) -> float:
-        """n . x of its points."""
+        """n . x of the points of the plane."""
         return float(np.dot(self.normal, np.add(self.point, moved)))
 
     def distance(self, x: Floats) -> Distance:
@@ -191,8 +191,8 @@ class Plane(Surface):
 def frames(normal: Floats) -> Floats:
     """Frames (…, d, d) of normals (…, d): rows are the normal and, in a plane, the tangent (n_y, -n_x).
 
-    In space the first tangent is the axis least along the normal, across it, the second their product: a plane of
-    symmetry that cuts a flat tool has its own normal among them.
+    In space the first tangent is the coordinate axis least along the normal, projected across it, the second
+    n x first: the normal of a plane of symmetry that cuts a flat tool is then one of them.
 
     >>> frames(np.array([0.6, 0.8])).tolist()
     [[0.6, 0.8], [0.8, -0.6]]
@@ -231,7 +231,7 @@ def reflected(point: Vector, normal: Vector, position: float) -> Vector:
 
 
 def imaged(points: Floats, normal: Vector, position: float) -> Floats:
-    """Mirror images of points (…, d) in such a plane."""
+    """Mirror images of points (…, d) in the plane normal . x = position, of a unit normal."""
     return points + 2 * np.asarray(position - points @ np.array(normal))[..., None] * normal
 
 

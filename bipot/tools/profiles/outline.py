@@ -1,8 +1,8 @@
 r"""From the corners of a line and the radii of its fillets to its pieces; invalid lines are refused.
 
 A fillet of the radius r at a corner where the line turns by theta takes r tan(|theta|/2) off the straights beside it.
-The line continues straight beyond open ends and may not cross itself. It does not if it does not cross itself with
-sharp corners, and no corner is inside the triangle that a fillet cuts off another.
+The line continues straight beyond open ends and may not cross itself. For this it is enough that it does not with sharp
+corners, and that no corner is inside the triangle that a fillet cuts off at another.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], clo
 
 
 def _sides(corners: Floats, closed: bool) -> Floats:
-    """Vectors (l, d) from corner to corner; where it is closed the last leads back to the first."""
+    """Vectors (l, d) from corner to corner; of a closed line the last leads back to the first."""
     return np.diff(corners, axis=0, append=corners[:1]) if closed else np.diff(corners, axis=0)
 
 
@@ -67,7 +67,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
     sides = _sides(corners, closed)
     length, trim = norm(sides), radius * np.tan(np.abs(theta) / 2)
     along, turn = sides / length[:, None], -np.sign(theta)
-    # At the start and the end of every side.
+    # What fillets take off the start and the end of every side.
     taken = np.stack([trim, np.roll(trim, -1)] if closed else [np.append(0.0, trim), np.append(trim, 0.0)])
     left = length - taken.sum(axis=0)
     _require_fits(left, length, radius, closed, names)
@@ -76,7 +76,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
     _require_clear(corners, inner, trim, along, closed, names)
     before, after = _beside(along, closed)
     centre = inner - trim[:, None] * before - (turn * radius)[:, None] * leftwards(before)
-    # Where it is closed the line begins with the round of its first corner.
+    # A closed line begins with the round of its first corner.
     swept = radius * np.abs(theta)
     ends = np.cumsum(swept + left) if closed else np.cumsum(left + np.append(swept, 0.0))
     rounds = Rounds(centre, radius, turn, before, after, ends - left - swept if closed else ends[:-1] - swept)
@@ -102,7 +102,7 @@ def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, na
 
 
 def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, closed: bool, names: Ints) -> None:
-    """Require that no corner is in the triangle that a fillet cuts off another."""
+    """Require that no corner is in the triangle that a fillet cuts off at another."""
     before, after = _beside(along, closed)
     # In the oblique frame of a corner's two sides the triangle is u, v >= 0, u + v <= trim.
     to = corners - inner[:, None]
@@ -110,10 +110,8 @@ def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, 
     u, v = cross(-to, after[:, None]) / area, cross(before[:, None], to) / area
     slack = FITS * np.abs(corners).max()
     inside = (u > -slack) & (v > -slack) & (u + v < trim[:, None] - slack) & (trim > 0)[:, None]
-    # The corner itself, and the ends of its sides, are no others.
-    own = np.arange(len(inner))[:, None] + (0 if closed else 1)
-    others = (np.arange(len(corners)) - own) % len(corners) if closed else np.arange(len(corners)) - own
-    near = np.flatnonzero((inside & (others != 0)).any(axis=1))[:1]
+    itself = np.arange(len(inner))[:, None] + (0 if closed else 1)
+    near = np.flatnonzero((inside & (np.arange(len(corners)) != itself)).any(axis=1))[:1]
     if near.size:
         field = f"profile.fillets, corner {int(names[near[0]])}"
         require(False, field, float(trim[near[0]]), "so short a cut off its sides that no other corner is inside it")
@@ -127,7 +125,7 @@ def _require_simple(corners: Floats, closed: bool, points: object) -> None:
     if not closed:
         low[0], high[-1] = -np.inf, np.inf
     i, j = np.triu_indices(count, 2)
-    apart = ~((i == 0) & (j == count - 1)) if closed else np.ones(len(i), dtype=bool)
+    apart = ~((i == 0) & (j == count - 1) & closed)
     i, j = i[apart], j[apart]
     crossing = _meet((start[i], sides[i], low[i], high[i]), (start[j], sides[j], low[j], high[j]))
     found = [(int(a), int(b)) for a, b in zip(i[crossing], j[crossing], strict=True)][:1]
@@ -136,18 +134,18 @@ def _require_simple(corners: Floats, closed: bool, points: object) -> None:
 
 
 Side = tuple[Floats, Floats, Floats, Floats]
-"""Starts (k, d), vectors (k, d), and the multiples of these (k,) from which and to which sides go."""
+"""Sides: starts (k, d), vectors (k, d), and the multiples of these (k,) at which sides begin and end."""
 
 
 def _meet(one: Side, other: Side) -> Bools:
-    """Whether sides meet (k,), end to end or on one line too."""
+    """Whether sides meet (k,), also end to end or on one line."""
     (p, d, low, high), (q, e, low_e, high_e) = one, other
     size, area, to = norm(d) * norm(e), cross(d, e), q - p
     slanted = np.abs(area) > PARALLEL * size
     safe = np.where(slanted, area, 1.0)
     a, b = cross(to, e) / safe, cross(to, d) / safe
     across = slanted & (a >= low - FITS) & (a <= high + FITS) & (b >= low_e - FITS) & (b <= high_e + FITS)
-    # On one line: the other's ends as multiples of the one.
+    # On one line: the ends of the other side as multiples of the first.
     same = ~slanted & (np.abs(cross(to, d)) <= PARALLEL * norm(d) * np.maximum(norm(d), norm(e)))
     ahead = np.where(same, np.vecdot(e, d), 1.0)
     ends = np.stack([np.vecdot(to, d) + k * ahead for k in (low_e, high_e)]) / np.vecdot(d, d)

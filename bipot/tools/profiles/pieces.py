@@ -7,8 +7,8 @@ around C turns to the right where it is convex (turn = 1) and to the left where 
     gap = turn (|x - C| - r),    curvature of the line of equal gaps = turn/|x - C|,    1 - c g = r/|x - C|.
 
 A sharp corner is a round of radius zero: it is the nearest place of a whole sector of points, outside a convex corner
-or inside the tool at a concave one, and all of them have the same arc. At the corner itself the normal is the middle
-one.
+or inside the tool at a concave one, and all of these have the same arc. At the corner itself the normal is the middle
+one of the sector.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ ROUND_OFF = 16 * float(np.finfo(float).eps)
 """Relative round-off of positions, by which a point may lie beside the strip or sector of its piece."""
 
 AT = 1e-9
-"""A point no farther than this, over the span, from an open end or a sharp corner is at it."""
+"""A point no farther from an open end or a sharp corner than this, over the span, is at it."""
 
 
 class Foot(NamedTuple):
-    """Of points (…): number of the ``piece`` that is nearest, ``gap``, ``normal`` (…, d), ``curvature`` c, ``arc``."""
+    """At points (…): number of the nearest ``piece``, ``gap``, ``normal`` (…, d), ``curvature`` c and ``arc``."""
 
     piece: Ints
     gap: Floats
@@ -61,7 +61,7 @@ class Rounds(NamedTuple):
 
 
 class Straights(NamedTuple):
-    """Pieces (l,) from ``start`` (l, d) ``along`` (l, d), from ``low`` to ``high`` (l,): without an end at open ends.
+    """Pieces (l,) from ``start`` (l, d) ``along`` (l, d) between ``low`` and ``high`` (l,), infinite at open ends.
 
     They begin at ``arc`` (l,), are ``length`` (l,) long and have the ``normal`` (l, d).
     """
@@ -76,7 +76,7 @@ class Straights(NamedTuple):
 
     @property
     def ends(self) -> Floats:
-        """Ends (l, 2, d); the open ones of a line are taken to be at its first and last point."""
+        """Ends (l, 2, d); those of an open line are at its first and last point."""
         return np.stack([self.start, self.start + self.length[:, None] * self.along], axis=1)
 
 
@@ -84,7 +84,7 @@ class Straights(NamedTuple):
 class ProfilePieces:
     """A line of m ``rounds`` and l ``straights``, numbered in this order, of the ``length`` (inf where it is open).
 
-    ``span`` is the distance between its farthest corners or so, ``extent`` the magnitude of its places and lengths.
+    ``span`` is the diagonal of the box around its corners, ``extent`` the magnitude of its places and lengths.
     """
 
     rounds: Rounds
@@ -108,7 +108,7 @@ class ProfilePieces:
         out, turn, is_round = x - self.rounds.centre[round_], self.rounds.turn[round_], piece < m
         far = norm(out)
         safe = np.where(far > 0, far, 1.0)
-        # Who is at the centre has no nearest direction: the middle one.
+        # At the centre no direction is nearest: the middle one is taken.
         outward = np.where((far > 0)[..., None], out / safe[..., None], self.middle[round_])
         around = self.rounds.arc[round_] + self.rounds.radius[round_] * self.rounds.angle(round_, outward)
         normal = np.where(is_round[..., None], turn[..., None] * outward, normal)
@@ -116,12 +116,12 @@ class ProfilePieces:
         return self._at_corners(x, foot)
 
     def _numbers(self, piece: Ints) -> tuple[int, Ints, Ints]:
-        """How many rounds there are, and the numbers of pieces (…) among rounds and among straights, any for others."""
+        """Number of rounds; numbers (…) of pieces among rounds and straights, arbitrary for those of the other kind."""
         m = len(self.rounds.radius)
         return m, np.minimum(piece, m - 1), np.maximum(piece - m, 0)
 
     def _at_corners(self, x: Floats, foot: Foot) -> Foot:
-        """``foot``, with the middle normal where points x (…, d) are at a sharp corner: on no side of it for sure."""
+        """``foot``, with the middle normal where points x (…, d) are at a sharp corner, beside it only by round-off."""
         sharp = np.flatnonzero(self.rounds.radius == 0)
         if not sharp.size:
             return foot
@@ -158,12 +158,12 @@ class ProfilePieces:
         parts = list(zip(self.straights.arc.tolist(), self.straights.ends, strict=True))
         arcs, sharp = self.rounds.arc.tolist(), self.rounds.radius == 0
         parts += [(arc, self._between(k)) for k, arc in enumerate(arcs) if not sharp[k]]
-        line = np.concatenate([own for _, own in sorted(parts, key=lambda part: part[0])])
+        line = np.concatenate([points for _, points in sorted(parts, key=lambda part: part[0])])
         # A sharp corner ends two straights.
         return line[np.append(True, norm(np.diff(line, axis=0)) > AT * self.span)]
 
     def _between(self, k: int) -> Floats:
-        """Points (p, d) between the ends of a round by its number."""
+        """Points (p, d) between the ends of the k-th round."""
         first, turn = self.rounds.first[k], float(self.rounds.turn[k])
         swept = abs(float(angle_between(first, self.rounds.last[k])))
         count = int(np.ceil(swept / (2 * np.pi) * ROUND))
@@ -184,7 +184,7 @@ class ProfilePieces:
         return np.sort(np.concatenate([np.where(on, part, 1.0), *self._met_rounds(x, by)], axis=-1), axis=-1)
 
     def _met_rounds(self, x: Floats, by: Floats) -> list[Floats]:
-        """Those of the rounds, in and out."""
+        """Where paths meet the rounds, as fractions (…, m) for the way in and the way out."""
         out, off = x[..., None, :] - self.rounds.centre, self._off(x + by)
         b, a = np.vecdot(out, by[..., None, :]), np.vecdot(by, by)[..., None]
         root = b**2 - a * (norm(out) ** 2 - self.rounds.radius**2)
@@ -203,13 +203,13 @@ class ProfilePieces:
         along = np.vecdot(ahead, s.along)
         on = (along >= s.low - off) & (along <= s.high + off)
         gap = np.concatenate([self.rounds.turn * (norm(out) - self.rounds.radius), np.vecdot(ahead, s.normal)], axis=-1)
-        own = np.concatenate([self._in_sector(out, off), on], axis=-1)
-        piece = np.argmin(np.where(own, np.abs(gap), np.inf), axis=-1)
-        one = np.arange(piece.size) * gap.shape[-1] + piece.ravel()
-        return piece, gap.ravel()[one].reshape(piece.shape)
+        beside = np.concatenate([self._in_sector(out, off), on], axis=-1)
+        piece = np.argmin(np.where(beside, np.abs(gap), np.inf), axis=-1)
+        chosen = np.arange(piece.size) * gap.shape[-1] + piece.ravel()
+        return piece, gap.ravel()[chosen].reshape(piece.shape)
 
     def _in_sector(self, out: Floats, off: Floats) -> Bools:
-        """Whether places (…, m, d) off the centres are in the sectors of the rounds."""
+        """Whether places ``out`` (…, m, d), seen from the centres, are in the sectors of the rounds."""
         return (np.vecdot(out, self.rounds.first) >= -off) & (np.vecdot(out, self.rounds.last) <= off)
 
     def _off(self, x: Floats) -> Floats:
@@ -228,5 +228,5 @@ class ProfilePieces:
 
 
 def _safe(part: Floats) -> Floats:
-    """Fractions, zero where there is none."""
+    """Fractions, with zero for NaN."""
     return np.nan_to_num(part, nan=0.0)

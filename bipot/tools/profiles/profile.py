@@ -1,10 +1,10 @@
 """Surfaces of rigid tools made of straights and rounds: punches with rounded edges, wedges, cones, dies.
 
-Those made by name point down, are open above, and end there where the body must not come.
+Wedges and punches point down, are open above, and end there where the body must not come.
 
-There is no contact beyond an open end. The line is continued straight there and the law holds against it, but an
-increment in which a force acts there is refused (:mod:`bipot.checks.refusals`). So nothing passes around an end
-unnoticed, and gaps are distances to one line without ends.
+There is no contact beyond an open end. The line continues straight there and the law holds against it, but an increment
+in which a force acts there is refused (:mod:`bipot.checks.refusals`). So nothing passes around an end unnoticed, and
+gaps are distances to one line without ends.
 """
 
 from __future__ import annotations
@@ -121,22 +121,20 @@ class Profile(Surface):
         """As :meth:`bipot.tools.surfaces.Surface.image`: the other way, so that the tool stays on the right."""
         points = tuple((x, y) for x, y in (reflected(point, normal, position) for point in self.points[::-1]))
         radii = self._radii[::-1]
-        # The round before a side of a closed line becomes the one behind it.
         return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`bipot.tools.surfaces.Surface.same`: from any side of a closed line, wherever an open one ends."""
         if not isinstance(other, Profile) or self.closed != other.closed:
             return False
-        own, its = (surface._sides(self.pieces.span) for surface in (self, other))
-        radii, others = self.pieces.rounds.radius, other.pieces.rounds.radius
-        turns, theirs = self.pieces.rounds.turn, other.pieces.rounds.turn
-        if own.shape != its.shape or radii.shape != others.shape:
+        sides, other_sides = (surface._sides(self.pieces.span) for surface in (self, other))
+        rounds, others = self.pieces.rounds, other.pieces.rounds
+        if sides.shape != other_sides.shape or rounds.radius.shape != others.radius.shape:
             return False
-        for k in range(len(own) if self.closed else 1):
-            near = bool(norm(np.roll(its, k, axis=0) - own).max() <= roundoff)
-            round_ = np.abs(np.roll(others, k) - radii).max(initial=0.0) <= roundoff
-            if near and bool(round_) and np.array_equal(np.roll(theirs, k), turns):
+        for k in range(len(sides) if self.closed else 1):
+            same_sides = norm(np.roll(other_sides, k, axis=0) - sides).max() <= roundoff
+            same_radii = np.abs(np.roll(others.radius, k) - rounds.radius).max(initial=0.0) <= roundoff
+            if same_sides and same_radii and np.array_equal(np.roll(others.turn, k), rounds.turn):
                 return True
         return False
 
@@ -146,7 +144,7 @@ class Profile(Surface):
         return [np.concatenate([line, line[:1]]) if self.closed else line]
 
     def _sides(self, span: float) -> Floats:
-        """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""
+        """Ends (l, 2, d) of the straights; an open end is taken to be the ``span`` from the other one."""
         ends, along = self.pieces.straights.ends, self.pieces.straights.along
         if not self.closed:
             ends[0, 0], ends[-1, 1] = ends[0, 1] - span * along[0], ends[-1, 0] + span * along[-1]
@@ -178,9 +176,9 @@ class Profile(Surface):
         turned = np.vecdot(normal[:, 1:], normal[:, :-1])
         gap = self.pieces.foot(ends[:, [0, -1]]).gap
         open_at_both = (gap > OPEN * self.inner_radius).all(axis=1, keepdims=True)
-        other = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.inner_radius))
-        other |= open_at_both & (depth > GRAZED * self.inner_radius)
-        return np.any((depth > SHALLOW * way) & other, axis=1)
+        through = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.inner_radius))
+        through |= open_at_both & (depth > GRAZED * self.inner_radius)
+        return np.any((depth > SHALLOW * way) & through, axis=1)
 
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""
@@ -192,13 +190,13 @@ class Profile(Surface):
 
     @property
     def _radii(self) -> tuple[float, ...]:
-        """Of the inner points."""
+        """The radii at the inner points."""
         count = len(self.points) - 2 * (not self.closed)
         return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
 
 
 def checked_radius(value: object, field: str) -> float:
-    """``value`` as a radius; raises SceneError where it is none."""
+    """``value`` as a radius; raises SceneError unless it is one."""
     require_number(value, field)
     radius = float(value)  # type: ignore[arg-type]
     require(0 <= radius < np.inf, field, value, "finite and >= 0")

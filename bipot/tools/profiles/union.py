@@ -13,7 +13,7 @@ from bipot.tools.surfaces import Distance, Surface, Tips
 from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
 HALVINGS = 52
-"""Of the way of a point, to find where another surface is the nearest."""
+"""Halvings of a point's way, to find where another surface becomes the nearest."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Union(Surface):
         return np.max([surface.size(x, moved) for surface in self.surfaces], axis=0)
 
     def passed(self, x: Floats, by: Floats) -> Floats:
-        """As :meth:`bipot.tools.surfaces.Surface.passed`; gaps by two distances where another comes to be nearest."""
+        """As :meth:`bipot.tools.surfaces.Surface.passed`; gaps by two distances where another becomes the nearest."""
         start, end = self._nearest(x), self._nearest(x + by)
         out = _chosen(end, [surface.passed(x, by) for surface in self.surfaces])
         over, rest = start != end, np.zeros(x.shape[-1])
@@ -96,11 +96,11 @@ class Union(Surface):
         return Union(tuple(surface.image(normal, position) for surface in self.surfaces))
 
     def same(self, other: Surface, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.same`, in whatever order."""
+        """As :meth:`bipot.tools.surfaces.Surface.same`, in any order."""
         if not isinstance(other, Union):
             return False
         pairs = (self.surfaces, other.surfaces), (other.surfaces, self.surfaces)
-        return all(any(one.same(its, roundoff) for its in theirs) for own, theirs in pairs for one in own)
+        return all(any(one.same(two, roundoff) for two in others) for some, others in pairs for one in some)
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
         """As :meth:`bipot.tools.surfaces.Surface.lines`: those of all of them, one inside the other too."""
@@ -113,7 +113,7 @@ class Union(Surface):
 
 
 def _chosen(nearest: Ints, parts: Sequence[NDArray[Scalar]]) -> NDArray[Scalar]:
-    """Of arrays (…) or (…, d) those of the ``nearest`` (…)."""
+    """From arrays (…) or (…, d), one for each surface, the values of the ``nearest`` (…)."""
     out = np.array(parts)
     index = nearest.reshape(1, *nearest.shape, *(1,) * (out.ndim - 1 - nearest.ndim))
     return np.take_along_axis(out, index, axis=0)[0]
