@@ -258,7 +258,7 @@ def test_the_statement_of_a_sparse_penalised_program_stays_sparse():
 def test_a_singular_penalised_program_is_stated_too():
     """Bars that nothing holds along their axes but the penalty: no pivots, so the root is by eigenvalues."""
     program = conic_program(run(0.3)[5], Penalty(1e6, 1e6))
-    bars = sp.block_diag([np.array([[1.0, -1.0], [-1.0, 1.0]])] * (len(program.f) // 2), format="csc")
+    bars = sp.kron(sp.eye_array(len(program.f) // 2), [[1.0, -1.0], [-1.0, 1.0]], format="csc")
     free = replace(program, K=sp.csc_matrix(bars), f=bars @ program.f)
     answer, _ = Clarabel().solve(free.conic(), TIGHT)
     stated = free.statement()
