@@ -166,7 +166,7 @@ class ConicSolution:
 
     def primal_residual(self) -> float:
         """Largest distance of a row block from its cone (componentwise excess)."""
-        return max((_excess(r, r.at(self.x).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
+        return max((excess(r, r.at(self.x).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
 
     def duality_gap(self) -> float:
         """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
@@ -175,7 +175,7 @@ class ConicSolution:
     def dual_violation(self) -> float:
         """Largest distance of a multiplier from its dual cone, zero for equalities."""
         bounded = [r for r in self.program.rows if r.cone is not Cone.ZERO]
-        return max((_excess(r, self.dual[r.term]) for r in bounded), default=0.0)
+        return max((excess(r, self.dual[r.term]) for r in bounded), default=0.0)
 
     def residuals(self) -> Floats:
         """The four measures above, each over the size of the terms whose difference it is."""
@@ -206,7 +206,7 @@ class ConicSolution:
         }
 
 
-def _excess(rows: Rows, value: Floats) -> float:
+def excess(rows: Rows, value: Floats) -> float:
     """Largest distance of values (m, width) from the rows' cone, measured on the first component."""
     if rows.count == 0:
         return 0.0

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.conic.problem import Cone, ConicProgram, Rows
+from bipot.conic.problem import Cone, ConicProgram, Rows, excess
 from bipot.typing import Floats, max_abs
 
 FAR = 1e6
@@ -41,16 +41,8 @@ def unbounded(program: ConicProgram, x: Floats, far: float = FAR) -> bool:
     gain, size = -float(program.q @ x), max_abs(x)
     largest = max([1.0, *(max_abs(rows.b) for rows in program.rows)])
     curvature = float(x @ (program.P @ x))
-    stays = all(_outside(rows, rows.A @ x) <= size / FAR for rows in program.rows)
+    stays = all(excess(rows, (rows.A @ x).reshape(-1, rows.width)) <= size / FAR for rows in program.rows)
     return gain > 0 and stays and gain * size >= far * largest * curvature
-
-
-def _outside(rows: Rows, motion: Floats) -> float:
-    """Largest distance of the rows' motion A x from their cones."""
-    if rows.cone is Cone.ZERO:
-        return max_abs(motion)
-    motion = motion.reshape(-1, rows.width)
-    return float((np.linalg.norm(motion[:, 1:], axis=1) - motion[:, 0]).max(initial=0.0))
 
 
 def _dual(rows: Rows, z: Floats) -> Floats:
