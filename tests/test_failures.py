@@ -27,6 +27,8 @@ from bipot.forms import (
 )
 from bipot.increment import Limits
 from bipot.iterate import Increment
+from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder
@@ -236,6 +238,11 @@ def test_a_body_that_runs_away_is_refused(monkeypatch):
 def test_where_the_scene_shows_no_reason_more_increments_are_advised():
     words = last_words(scene(), GIVES_UP)
     assert words.endswith("Use more increments, or a mesh that is less distorted there.")
+
+
+def test_where_round_off_of_the_volume_change_is_the_cause_a_lower_poisson_s_ratio_is_advised():
+    words = last_words(scene(material=VonMises(Elasticity(210e3, 0.4999999), Perfect(1e-3))), GIVES_UP)
+    assert "Lower Poisson's ratio: at 1 - 2 nu = 2e-07" in words
 
 
 @pytest.mark.parametrize("form", [Penalty(1e5, 1e5), Uzawa(1e5, 1e5), Penalty(1e5, 1e5, Optimiser.CVXPY), Delassus()])

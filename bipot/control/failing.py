@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from bipot.certificate import EPS
 from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
 from bipot.control.reason import Reason
@@ -16,6 +17,9 @@ from bipot.programs.limit import Mechanism
 AHEAD = 1e-3
 """A load within this part of the path that is not carried explains why a march paced by accuracy ends: its increments
 become so short that the loads at their start and end cannot be told apart."""
+
+BLURRED = 1e-4
+"""Round-off of the stress over the yield stress above which an increment cannot be expected to be solved."""
 
 NEXT = 4.0
 """A maximum of the load within this many lengths of the failed increment explains the failure."""
@@ -50,8 +54,20 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         shorter = "Remesh there: shorter increments fold the element too."
         more = shorter if cuts else "Use more increments, or remesh there."
     else:
-        more = "Use more increments, or a mesh that is less distorted there."
+        more = _rigid_in_volume(increment) or "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)
+
+
+def _rigid_in_volume(increment: Increment) -> str | None:
+    """The advice where round-off of the volume change alone stresses the body, None where it does not."""
+    material = increment.system.body.scene.material
+    stress, elasticity = float(material.yield_stress(increment.start.peeq).max()), material.elasticity
+    if EPS * elasticity.bulk < BLURRED * stress:
+        return None
+    return (
+        f"Lower Poisson's ratio: at 1 - 2 nu = {1 - 2 * elasticity.poisson:.2g} round-off of the volume change alone "
+        f"is {EPS * elasticity.bulk / stress:.2g} of the yield stress."
+    )
 
 
 def _decisive(attempt: Attempt) -> Reason:

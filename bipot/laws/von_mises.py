@@ -40,6 +40,10 @@ _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
 _ON_SURFACE = 16.0 * _ROUND_OFF
 """How exactly a point that flowed is on the yield surface: within this nothing flows, so round-off decides no flow."""
 
+NEAR = 1e-7
+"""The least of 1/2 - nu and nu + 1: nearer, the round-off of one modulus times a strain hides the stress of the other,
+and the answer changes by less than this."""
+
 ON_YIELD = 1e-9
 """A stress this near the yield surface, relative to it, counts as on it for (10)."""
 
@@ -75,7 +79,8 @@ class Elasticity:
         make_floats(self, "young", "poisson")
         require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
         require_magnitude(self.young, "young", LARGEST_STRESS)
-        require(-1 < self.poisson < 0.5, "poisson", self.poisson, "in the open interval (-1, 0.5)")
+        inside = NEAR - 1 <= self.poisson <= 0.5 - NEAR
+        require(inside, "poisson", self.poisson, f"inside (-1, 0.5), at least {NEAR:g} from its ends")
 
     @property
     def bulk(self) -> float:
