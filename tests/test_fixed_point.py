@@ -171,7 +171,7 @@ def test_the_plain_sequences_do_cycle_there(index: int, frozen: Frozen) -> None:
 def exact() -> tuple[TangentProgram, np.ndarray, np.ndarray]:
     """The condensed program of one pass, its displacement and forces under Coulomb's law."""
     program = condense(posed(0.3).tangent).program
-    found = couple(program, *direct(program))
+    found = couple(program.model, *direct(program))
     assert found is not None
     return program, *found
 

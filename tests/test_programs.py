@@ -138,7 +138,7 @@ def complementarity(program, u, r):
 
 def test_couple_finds_exact_coulomb_on_the_quadratic_model():
     program = condense(posed(0.3).tangent).program
-    coupled = couple(program, *direct_loose(program))
+    coupled = couple(program.model, *direct_loose(program))
     assert coupled is not None
     u, r = coupled
     rows = program.contact.rows

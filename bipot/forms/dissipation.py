@@ -113,7 +113,7 @@ def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
     terms = state.turned(tried.iterate).terms(iterate, r)
     try:
         program = tangent_program(there, terms, state, TangentKind.CONSISTENT, clock)
-        found = coupled(program, there, tried.r, state)
+        found = coupled(program.model, there, tried.r, state)
         if found is None:
             return tried
         forces = state.spread(found[1] * units.force)

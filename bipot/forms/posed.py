@@ -29,6 +29,7 @@ from bipot.programs.conic import TangentProgram, couple
 from bipot.programs.data import Block, ContactRows, Stopwatch, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Coupling, Frozen, Safeguard, image
+from bipot.programs.newton import Model
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.typing import Bools, Floats, max_abs
@@ -187,13 +188,22 @@ def tangent_program(
     return softly_held(program, iterate, state, unresisted(program.contact, iterate))
 
 
-def coupled(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
-    """The dimensionless displacement and forces (f, d) that Newton with exact friction finds on the quadratic model.
+def exact_model(iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Model:
+    """The exact linearisation of equilibrium at an iterate and forces r (c, d), dimensionless; unsymmetric."""
+    units = state.units
+    with clock:
+        K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
+    f = (K @ iterate.x - iterate.residual) / units.force
+    return Model(K * (units.length / units.force), f, state.rows.scaled(units))
+
+
+def coupled(model: Model, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
+    """The dimensionless displacement and forces (f, d) that Newton with exact friction finds on the ``model``.
 
     It starts from the iterate and forces r (c, d); None if it does not reach a solution.
     """
-    units, frames = state.units, state.cache.frames(program.contact.rows, iterate)
-    return couple(program, iterate.x / units.length, r[state.near] / units.force, frames)
+    units, frames = state.units, state.cache.frames(model.rows, iterate)
+    return couple(model, iterate.x / units.length, r[state.near] / units.force, frames)
 
 
 def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:

@@ -17,7 +17,18 @@ from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, require_count, require_type
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed, Raw, Tried, coupled, distance_of, error_of, require_solver, solved, tangent_program
+from bipot.forms.posed import (
+    Posed,
+    Raw,
+    Tried,
+    coupled,
+    distance_of,
+    error_of,
+    exact_model,
+    require_solver,
+    solved,
+    tangent_program,
+)
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram, couple, polish
@@ -28,6 +39,9 @@ from bipot.typing import Floats
 
 NEARBY = 1e-4
 """Distance from equilibrium and law, in units of the program, to which Newton is tried even after a pass that rose."""
+
+LINEAR = 1e-2
+"""Distance from which on passes take the exact linearisation: C^ep leads there from farther away."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +78,14 @@ class Tangent:
         """One proximal-Newton pass."""
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
-        program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
+        raw = self._linearised(iterate, r, state, clock)
         built = clock.outside()
-        raw = self._coupled(iterate, r, state, program) or self._solved(program, iterate, r[state.near], state.cache)
+        if raw is None:
+            program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
+            built = clock.outside()
+            raw = self._coupled(iterate, r, state, program) or self._solved(
+                program, iterate, r[state.near], state.cache
+            )
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
@@ -90,7 +109,7 @@ class Tangent:
             return Raw(small.recover(np.zeros(0)), r, Claim.SOLVED, 0, Timing(), exact=True)
         raw = solved(small.program if small else program, self.name, self.solver, self.accuracy, cache)
         u = small.recover(raw.u) if small else raw.u
-        exact = couple(program, u, raw.r, frames) if self.coupled else None
+        exact = couple(program.model, u, raw.r, frames) if self.coupled else None
         u, forces = exact or polish(program, u, raw.r, frames)
         return replace(raw, u=u, r=forces, exact=exact is not None)
 
@@ -100,10 +119,23 @@ class Tangent:
         None far from a solution after a pass that led no nearer, and with cvxpy, through which every pass goes.
         """
         astray = state.rose and state.distance is not None and state.distance > NEARBY
-        if astray or not self.coupled or isinstance(self.solver, Cvxpy):
+        return None if astray or not self._skips else _raw(coupled(program.model, iterate, r, state))
+
+    def _linearised(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw | None:
+        """Exact friction on the exact linearisation, which Newton's passes converge with; None far from a solution."""
+        if not self._skips or state.distance is None or state.rose or state.distance > LINEAR:
             return None
-        found = coupled(program, iterate, r, state)
-        return None if found is None else Raw(*found, Claim.SOLVED, 0, Timing(), exact=True)
+        return _raw(coupled(exact_model(iterate, r, state, clock), iterate, r, state))
+
+    @property
+    def _skips(self) -> bool:
+        """Whether a pass may do without its program."""
+        return self.coupled and not isinstance(self.solver, Cvxpy)
+
+
+def _raw(found: tuple[Floats, Floats] | None) -> Raw | None:
+    """What Newton has ``found``, as the answer of a pass."""
+    return None if found is None else Raw(*found, Claim.SOLVED, 0, Timing(), exact=True)
 
 
 def _shortened(

@@ -43,6 +43,11 @@ class TangentProgram:
     f: Floats
     contact: ContactTerms
 
+    @property
+    def model(self) -> Model:
+        """Its energy and contact rows, without threshold or shift."""
+        return Model(self.K, self.f, self.contact.rows)
+
     def scaled(self, units: Units) -> TangentProgram:
         """Dimensionless: displacements in ``units.length``, forces in ``units.force``."""
         return TangentProgram(
@@ -84,28 +89,24 @@ def padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
 
 def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats]:
     """The program's answer to round-off, by Newton from x (n,) and r (c, d); these if Newton does not improve them."""
-    terms, scale = program.contact, _scale(program)
+    terms, scale = program.contact, _scale(program.model)
 
     def at(motion: Floats, r: Floats) -> Law:
         if terms.shift is not None:
             return Mapped.shifted_cone(terms.rows, motion, r, scale, terms.shift)
         return Pieces.of(terms.rows, motion, r, scale, threshold=terms.threshold)
 
-    best = minimised(_model(program), at, x, r, frames)
+    best = minimised(program.model, at, x, r, frames)
     return best.x, best.r
 
 
-def couple(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats] | None:
-    """Exact Coulomb on the program's quadratic model, from (x, r); None when Newton does not reach it."""
-    rows, scale = program.contact.rows, _scale(program)
-    best = minimised(_model(program), lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, frames)
+def couple(model: Model, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats] | None:
+    """Exact Coulomb friction on the model, from (x, r); None when Newton does not reach it."""
+    rows, scale = model.rows, _scale(model)
+    best = minimised(model, lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, frames)
     return (best.x, best.r) if best.error <= EXACT else None
 
 
-def _model(program: TangentProgram) -> Model:
-    return Model(program.K, program.f, program.contact.rows)
-
-
-def _scale(program: TangentProgram) -> Floats:
+def _scale(model: Model) -> Floats:
     """The law's scale of force against motion at each contact (c,): SOFTENED times the mean of K's diagonal."""
-    return np.full(program.contact.rows.count, SOFTENED * float(program.K.diagonal().mean()))
+    return np.full(model.rows.count, SOFTENED * float(np.abs(model.K.diagonal()).mean()))

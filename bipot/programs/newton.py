@@ -95,7 +95,10 @@ class Linearised(Generic[L]):
 
 
 class Model(NamedTuple):
-    """A body's quadratic energy 1/2 dU' K dU - f' dU: K (n, n) sparse or dense, f (n,), with contact ``rows`` on dU."""
+    """A body's linear residual K dU - f: K (n, n) sparse or dense, f (n,), with contact ``rows`` on dU.
+
+    Where K is symmetric it is that of the energy 1/2 dU' K dU - f' dU.
+    """
 
     K: sp.csc_matrix | Floats
     f: Floats
