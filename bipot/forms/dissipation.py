@@ -1,8 +1,8 @@
 """The form `dissipation`: exact contact with a frozen threshold or shift, the material as its plastic dissipation.
 
-After its program, a pass takes one Newton step of the tangent model at the answer, and keeps it only if equilibrium and
-the exact law are then met better. Where the answer is still hardly nearer to the solution than the start of the pass,
-it takes more steps.
+After its program, a pass takes one Newton step at the answer, on the exact linearisation with exact friction, and keeps
+it only if equilibrium and the law are then met better. Where the answer is still hardly nearer to the solution than the
+start of the pass, it takes more steps.
 """
 
 from __future__ import annotations
@@ -23,21 +23,19 @@ from bipot.forms.posed import (
     coupled,
     distance_of,
     error_of,
+    exact_model,
     require_solver,
     softly_placed,
     solved,
-    tangent_program,
 )
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Safeguard
-from bipot.response import TangentKind
 from bipot.typing import Floats
 
 STEPS = 4
-"""Newton steps with which a pass of `dissipation` may end. The model leaves out how the configuration moves: a step
-gains a factor of three at worst, measured on T6 with a mean volume change, of ten or more on other elements."""
+"""Newton steps with which a pass of `dissipation` may end."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +81,7 @@ class Dissipation:
         forces = state.spread(raw.r * state.units.force)
         tried = Tried(there, forces, distance_of(there, forces, state), whole=False)
         if self.polished:
-            tried = _polished(iterate, r, state, tried, clock)
+            tried = _polished(state, tried, clock)
         error = error_of(tried.iterate, tried.r, state)
         state = state.after(tried.iterate, tried.r, tried.whole, tried.distance)
         timing = Timing(raw.timing.build, clock.outside() - began - raw.timing.build, clock.seconds)
@@ -91,34 +89,30 @@ class Dissipation:
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, report, error=error), state
 
 
-def _polished(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
+def _polished(state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
     """The answer ``tried`` after one Newton step, or more while it is hardly nearer than the start of the pass.
 
     More may be needed near the solution: the error of an interior-point answer does not fall with that of the start.
     """
     enough = np.inf if state.distance is None else state.distance / 2
     for _ in range(STEPS):
-        last, tried = tried, _improved(iterate, r, state, tried, clock)
+        last, tried = tried, _improved(state, tried, clock)
         if tried is last or tried.distance <= enough:
             break
     return tried
 
 
-def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
-    """The answer ``tried`` after one Newton step of the tangent model, if that is nearer to equilibrium and law.
-
-    ``iterate`` and r are the start of the pass, from which the model has its threshold.
-    """
+def _improved(state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
+    """The answer ``tried`` after one Newton step, if that is nearer to equilibrium and law."""
     there, units = tried.iterate, state.units
-    terms = state.turned(tried.iterate).terms(iterate, r)
+    state = state.turned(there)
     try:
-        program = tangent_program(there, terms, state, TangentKind.CONSISTENT, clock)
-        found = coupled(program.model, there, tried.r, state)
+        found = coupled(exact_model(there, tried.r, state, clock), there, tried.r, state)
         if found is None:
             return tried
         forces = state.spread(found[1] * units.force)
         with clock:
-            after = iterate.increment.at(found[0] * units.length)
+            after = there.increment.at(found[0] * units.length)
     except (InvertedElement, ProgramError):
         return tried
     distance = distance_of(after, forces, state)

@@ -2,6 +2,10 @@
 
 A pass first takes semismooth Newton steps on the model of its own program, because interior-point answers stall where
 strict complementarity fails. Where these steps do not reach an exact answer it solves the program, and polishes that.
+
+The energy leaves out how the configuration moves. It is convex, and leads to a solution from far away, but near one
+its passes only halve the error where perfect flow is strong. There the exact linearisation of equilibrium, which is
+unsymmetric and minimises nothing, takes the place of the program's model, and passes converge as those of `newton` do.
 """
 
 from __future__ import annotations
@@ -41,7 +45,7 @@ NEARBY = 1e-4
 """Distance from equilibrium and law, in units of the program, to which Newton is tried even after a pass that rose."""
 
 LINEAR = 1e-2
-"""Distance from which on passes take the exact linearisation: C^ep leads there from farther away."""
+"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation."""
 
 
 @dataclass(frozen=True)
@@ -49,9 +53,9 @@ class Tangent:
     """Quadratic C^ep energy: a cone program, condensed on the contact unknowns if these are few, and its polish.
 
     With ``coupled``, the polish has exact Coulomb friction on the same quadratic model (its result is used only if
-    exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration moves:
-    with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
-    ``safeguard`` says when the fixed point is damped or accelerated.
+    exact), a step that leads away from equilibrium and law is halved, at most ``halvings`` times, and near a solution
+    the exact linearisation takes the place of the model. Otherwise the threshold moves by the fixed point alone.
+    ``safeguard`` says when the fixed point is damped or accelerated. With cvxpy every pass solves its program.
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
@@ -122,7 +126,7 @@ class Tangent:
         return None if astray or not self._skips else _raw(coupled(program.model, iterate, r, state))
 
     def _linearised(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw | None:
-        """Exact friction on the exact linearisation, which Newton's passes converge with; None far from a solution."""
+        """Exact friction on the exact linearisation; None far from a solution, and after a pass that led no nearer."""
         if not self._skips or state.distance is None or state.rose or state.distance > LINEAR:
             return None
         return _raw(coupled(exact_model(iterate, r, state, clock), iterate, r, state))
