@@ -204,23 +204,22 @@ def certify(
     blur = contact.blur + np.minimum(norm(contact.motion), unsure / contact.stiffness)
     law_blur = unsure + float((contact.stiffness * contact.blur).max(initial=0.0))
     law = float(norm(law_residual(contact)).max(initial=0.0))
-    # Without a force as its scale the law is either met to round-off or not met at all.
-    law = law / contact.present if contact.present > 0 else 0.0 if law <= law_blur else np.inf
+    gap, gap_blur = contact_gap + material_gap, vdot(norm(contact.r), blur) + balance.blur * float(moved.sum())
     resolution = Resolution(
         equilibrium=balance.resolution,
         yield_violation=EPS * 2 * max_abs(material.stress) / float(material.yield_stress.min()),
         cone_violation=_ratio(unsure, contact.largest),
         law=_ratio(law_blur, contact.present) if contact.present > 0 else 0.0,
-        relative_gap=_ratio(vdot(norm(contact.r), blur) + balance.blur * float(moved.sum()), energy),
+        relative_gap=_ratio(gap_blur, energy) if energy > 0 else 0.0,
     )
     return Certificate(
         equilibrium=balance.equilibrium,
         yield_violation=float(np.maximum(excess, 0).max()),
         penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / size,
         cone_violation=_ratio(_cone(contact), contact.largest),
-        law=law,
-        gap=contact_gap + material_gap,
-        relative_gap=max(_ratio(contact_gap + material_gap, energy), _ratio(material_gap, material_energy)),
+        law=_over(law, contact.present, law_blur),
+        gap=gap,
+        relative_gap=max(_over(gap, energy, gap_blur), _ratio(material_gap, material_energy)),
         contact_gap=contact_gap,
         material_gap=material_gap,
         resolution=resolution,
@@ -270,6 +269,11 @@ def _cone(contact: ContactFields) -> float:
     free = ~contact.tied
     violation = cone_violation(contact.r[free], contact.mu[free], contact.cap[free], contact.none)
     return float(violation.max(initial=0.0))
+
+
+def _over(value: float, scale: float, blur: float) -> float:
+    """``value`` over its scale; over a scale of zero it is either round-off, up to ``blur``, or not met at all."""
+    return value / scale if scale > 0 else 0.0 if value <= blur else np.inf
 
 
 def _ratio(value: float, scale: float) -> float:

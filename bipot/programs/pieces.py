@@ -104,12 +104,12 @@ class Pieces:
             and bool(np.all(norm(ours.direction[slip] - theirs.direction[slip]) < turn))
         )
 
-    def value(self, motion: Floats, r: Floats) -> Floats:
-        """What must vanish (c, d), in units of force."""
-        out = np.empty_like(r)
-        out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
+    def value(self, motion: Floats, r: Floats, weight: float = 1.0) -> Floats:
+        """What must vanish (c, d), in units of force; motions count by ``weight`` times the scale."""
+        out, scale = np.empty_like(r), weight * self.scale
+        out[:, 0] = np.where(self.closed, scale * motion[:, 0], r[:, 0])
         friction = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.disc.direction
-        out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - friction, self.scale[:, None] * motion[:, 1:])
+        out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - friction, scale[:, None] * motion[:, 1:])
         return out
 
     def at_caps(self, r: Floats) -> Floats:
@@ -190,8 +190,8 @@ class Mapped:
         none = np.broadcast_to(apart[:, None], r.shape)
         return Mapped(miss, scale[:, None, None] * slope, identity - slope, scale, none)
 
-    def value(self, motion: Floats, r: Floats) -> Floats:
-        """What must vanish (c, d), where it was linearised."""
+    def value(self, motion: Floats, r: Floats, weight: float = 1.0) -> Floats:
+        """What must vanish (c, d), where it was linearised; forces and motions are not told apart in it."""
         return self.miss
 
     def same(self, other: object, turn: float = ALIKE) -> bool:
