@@ -244,6 +244,23 @@ def test_without_a_force_the_law_is_met_to_round_off_or_not_met(depth, blur, law
     assert certified(none, material_fields()[0], blur=blur).law == law
 
 
+@pytest.mark.parametrize(("slip", "blur", "gap"), [(1e-12, 0.0, np.inf), (1e-12, 1e-11, 0.0), (0.0, 0.0, 0.0)])
+def test_without_energy_the_gap_is_met_to_round_off_or_not_met(slip, blur, gap):
+    """A tool and a body at rest: what is left of a gap under a force is round-off, and there is no work beside it."""
+    resting, _ = material_fields(plastic_factor=0.0)
+    still = replace(
+        resting,
+        before=0 * resting.stress,
+        stress=0 * resting.stress,
+        plastic_strain=0 * resting.plastic_strain,
+        elastic_stress=0 * resting.stress,
+    )
+    contact = replace(contact_fields([[1.0, 0.0]], [[slip, 0.0]], largest=1.0, present=1.0), blur=np.array([blur]))
+    found = certified(contact, still)
+    assert found.relative_gap == gap
+    assert found.ratios(Bounds())["relative_gap"] == gap
+
+
 def test_nan_is_never_within_bounds():
     certificate = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert max(certificate.ratios(Bounds()).values()) == 0.0

@@ -45,7 +45,8 @@ NEARBY = 1e-4
 """Distance from equilibrium and law, in units of the program, to which Newton is tried even after a pass that rose."""
 
 LINEAR = 1e-2
-"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation."""
+"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation, and
+the part of a driving force that may still be unbalanced: a tool in the air, that only the spring holds, is not near."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class Tangent:
 
     def _linearised(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw | None:
         """Exact friction on the exact linearisation; None far from a solution, and after a pass that led no nearer."""
-        if not self._skips or state.distance is None or state.rose or state.distance > LINEAR:
+        if not self._skips or state.distance is None or state.rose or _far(iterate, r, state.distance):
             return None
         return _raw(coupled(exact_model(iterate, r, state, clock), iterate, r, state))
 
@@ -140,6 +141,13 @@ class Tangent:
 def _raw(found: tuple[Floats, Floats] | None) -> Raw | None:
     """What Newton has ``found``, as the answer of a pass."""
     return None if found is None else Raw(*found, Claim.SOLVED, 0, Timing(), exact=True)
+
+
+def _far(iterate: Iterate, r: Floats, distance: float) -> bool:
+    """Whether the iterate and forces r (c, d) are far from a solution."""
+    beside = iterate.increment.system.body.space.beside
+    unbalanced = np.abs(beside(iterate.residual - iterate.rows.forces(r)))
+    return distance > LINEAR or bool((unbalanced > LINEAR * np.abs(beside(iterate.load))).any())
 
 
 def _shortened(

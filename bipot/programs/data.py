@@ -134,11 +134,22 @@ class ContactRows:
 
         In space a support may hold one tangent, along which the tool moves, and leave the other free.
         """
-        lines = np.repeat(np.arange(self.slip.size), np.diff(self.G_t.indptr))
-        moved = np.bincount(lines, np.abs(self.G_t.data), self.slip.size).reshape(self.slip.shape) > 0
         out = np.zeros(self.count, dtype=bool)
-        out[self.frictional] = (~moved & (self.slip != 0)).any(axis=1)
+        out[self.frictional] = (self._held & (self.slip != 0)).any(axis=1)
         return out
+
+    @cached_property
+    def idle(self) -> Bools:
+        """Components (c, d) of friction along which nothing slips, whatever the unknowns: the law leaves them open."""
+        out = np.zeros((self.count, 1 + self.tangents), dtype=bool)
+        out[self.frictional, 1:] = self._held & (self.slip == 0)
+        return out
+
+    @cached_property
+    def _held(self) -> Bools:
+        """Slips (f, d-1) that no unknown moves."""
+        lines = np.repeat(np.arange(self.slip.size), np.diff(self.G_t.indptr))
+        return np.bincount(lines, np.abs(self.G_t.data), self.slip.size).reshape(self.slip.shape) == 0
 
     def take(self, chosen: Bools) -> ContactRows:
         """The rows of the chosen candidates (c,) only."""

@@ -1,0 +1,63 @@
+"""Near a solution the conic forms converge as Newton does: their models leave nothing out there."""
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    Dissipation,
+    Elasticity,
+    Element,
+    FlatTool,
+    Geometry,
+    Newton,
+    Perfect,
+    Scene,
+    Schedule,
+    Support,
+    Tangent,
+    VonMises,
+    brick,
+    march,
+    upsetting,
+)
+
+STEEL = VonMises(Elasticity(210_000.0, 0.3), Perfect(300.0))
+
+
+@pytest.mark.parametrize(("form", "most"), [(Tangent(), 1.1), (Dissipation(), 0.8)], ids=["tangent", "dissipation"])
+def test_strong_perfect_flow_takes_no_more_passes_than_newton(form, most):
+    """With C^ep alone, which leaves out how the configuration moves, it takes twice as many."""
+
+    def passes(control):
+        return sum(
+            a.passes for a in march(upsetting(mu=0.1, reduction=0.3, elements=4), Schedule(accuracy=1e-3), control)
+        )
+
+    assert passes(Control(form, ())) <= most * passes(Control(Newton(), ()))
+
+
+def test_the_last_pass_squares_the_error():
+    """Passes that halve it end just below the bound of 1e-7; the last of these ends far below."""
+    *_, last = march(upsetting(mu=0.1, reduction=0.3, elements=4), Schedule(6, 0.01), Control(Tangent(), ()))
+    assert last.passes >= 3
+    assert last.solved.certificate.equilibrium < 1e-8
+
+
+@pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=["newton", "tangent", "dissipation"])
+def test_a_tool_at_rest_does_not_rub_along_a_support(form):
+    """Where a support holds a node along a tangent, friction has the direction of the slip; without one it is none.
+
+    What the law leaves open would else be what it was, or none, as the form's last pass happened to find.
+    """
+    tool = FlatTool(
+        (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.03, 0.0, -0.03), ("top",), 0.3, ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0))
+    )
+    supports = (Support("left", 0), Support("base", 2), Support("front", 1), Support("base", 0))
+    scene = Scene(brick(1.0, 1.0, 1.0, 2, 2, 1, element=Element.H8), Geometry.SOLID, STEEL, supports, (tool,))
+    *_, slid, rested = march(scene, Schedule(2), Control(form, ()))
+    contacts = rested.solved.iterate.increment.system.candidates
+    held = np.isin(contacts.node, scene.mesh.boundary_nodes("left")) & (slid.solved.r[:, 1:] != 0).any(axis=1)
+    assert held.any()
+    along_x = rested.solved.iterate.frames[held, 1:, 0] != 0
+    assert (rested.solved.r[held, 1:][along_x] == 0).all()
