@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bipot.checks.cancelled import cancelled
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.hardening import Linear
@@ -24,6 +25,7 @@ from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 
 MU, HEIGHT, TURNED = 0.1, 0.5, 0.2
+WEIGHTED = Sampling.WEIGHTED
 HELD = tuple(Support("base", d) for d in range(3))
 STEEL = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 2000.0))
 
@@ -141,3 +143,16 @@ def test_the_mean_about_the_axis_of_a_disc_does_not_slip():
     centre = np.flatnonzero(x[candidates.node, 0] == 0.0)
     lost = MU * last.solved.r[centre[0], 0] * (w @ (s * hat * np.abs(slip))) / (w @ (s * hat))
     assert value(scene, last) == pytest.approx(lost / (last.solved.iterate.work(last.solved.r) + lost), rel=1e-2)
+
+
+def test_a_force_that_round_off_leaves_below_zero_has_no_friction_to_lose():
+    """Where tools rest or lift off there may be no work beside it."""
+    rests = FlatTool(
+        (0.0, 1.0), (0.0, -1.0), (0.0, -1e-3), ("top",), MU, ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)), sampling=WEIGHTED
+    )
+    supports = Support("base", 0), Support("base", 1)
+    scene = Scene(block(2.0, 1.0, 2, 1, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, supports, (rests,))
+    last = last_of(scene)
+    pulls = np.zeros_like(last.solved.r)
+    pulls[0, 0] = -1e-18
+    assert cancelled(last.solved.iterate, pulls) == 0.0

@@ -6,7 +6,21 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot import Control, FlatTool, Newton, Schedule, march, upsetting
+from bipot import (
+    Control,
+    Elasticity,
+    FlatTool,
+    Geometry,
+    Newton,
+    Perfect,
+    Scene,
+    Schedule,
+    Symmetry,
+    VonMises,
+    brick,
+    march,
+    upsetting,
+)
 from bipot.control.attempting import Dissipated
 from bipot.errors import IncrementFailed
 from bipot.forms import Tangent
@@ -51,6 +65,23 @@ def test_a_punch_that_starts_inside_the_body_presses_on_as_with_backward_euler()
     np.testing.assert_allclose(forces(bdf)[:5], [25056, 25087, 25118, 25148, 25178], atol=1)
     np.testing.assert_allclose(forces(bdf), forces(euler), rtol=1e-5)
     np.testing.assert_allclose([a.energies.elastic for a in bdf], [a.energies.elastic for a in euler], rtol=1e-3)
+
+
+@pytest.mark.parametrize("increments", [4, 10, 20])
+def test_where_a_path_turns_by_an_angle_forces_are_those_of_the_new_direction(increments):
+    """A cube pressed along z, then along x, without friction: rigid-plastic, the two flows are at 60 degrees."""
+    tools = (
+        FlatTool((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-0.2, 0.0, 0.0), ("right",), 0.0, ((0, 0), (0.5, 0), (1, 1))),
+        FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.2), ("top",), 0.0, ((0, 0), (0.5, 1), (1, 1))),
+    )
+    supports = Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2)
+    steel = VonMises(Elasticity(210e3, 0.3), Perfect(100.0))
+    scene = Scene(brick(1.0, 1.0, 1.0, 1, 1, 1), Geometry.SOLID, steel, supports, tools)
+    after = [a for a in marched(scene, Schedule(increments, landings=(0.5,))) if a.state.tau > 0.5]
+    for a in after:
+        width, _, height = np.ptp(a.state.nodes, axis=0)
+        pushed = -a.tool_forces[0, 0] * width, -a.tool_forces[1, 2] * height
+        np.testing.assert_allclose(pushed, np.array([2.0, 1.0]) * 100.0 / np.sqrt(3), rtol=0.06)
 
 
 @cache

@@ -17,7 +17,7 @@ from bipot.paper import upsetting
 from bipot.plot import curved
 from bipot.results.columns import UNFELT
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support
+from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
 from bipot.tools.profiles import Profile
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
@@ -164,3 +164,14 @@ def test_a_face_that_goes_into_a_tool_between_its_edges_is_seen(element, share):
     nodes = mesh.nodes.copy()
     nodes[(mesh.nodes[:, 2] == 1) & (mesh.nodes % 1 == 0).all(axis=1), 2] -= clear
     assert overlap(scene, nodes, scene.at_rest) == pytest.approx(share * clear, rel=0.02)
+
+
+def test_the_body_size_is_that_of_the_modelled_part():
+    """The right half of a block that is twice as long as high, pressed as deep as the whole."""
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.1), ("top",), 0.1)
+    found = []
+    for width, supports in ((2.0, ()), (1.0, (Symmetry("left", 0),))):
+        held = (*supports, Support("base", 1))
+        scene = Scene(block(width, 1.0, round(2 * width), 2), Geometry.PLANE_STRAIN, STEEL, held, (tool,))
+        found.append(overlap(scene, scene.mesh.nodes, scene.placed(1.0, np.zeros(0))))
+    np.testing.assert_allclose(found, [0.05, 0.1], rtol=1e-12)

@@ -37,7 +37,8 @@ def cancelled(iterate: Iterate, r: Floats) -> float:
     contacts = iterate.increment.system.candidates
     if not contacts.weighted:
         return 0.0
-    limit = np.where(iterate.rows.tied, 0.0, iterate.rows.limit(r))
+    # Round-off leaves forces below zero where tools rest or lift off.
+    limit = np.where(iterate.rows.tied, 0.0, np.maximum(iterate.rows.limit(r), 0.0))
     lost = float(limit @ _parted(iterate))
     if lost <= ROUND_OFF * contacts.scene.mesh.size * float(limit.sum()):
         return 0.0

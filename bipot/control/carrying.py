@@ -18,6 +18,11 @@ Where no solution is found, and where the path turns, the increment is solved by
 if a(rho)/rho, measured in it, is at most TOO_LITTLE; otherwise the increment is solved from there with the flow, or has
 failed. Which of the two is accepted therefore does not depend on the luck of a solver.
 
+The flow carried on extrapolates its direction: stress is along gamma n = de_p - a de_p0, which is as much farther round
+from de_p0 than de_p as in a steady turn. Where a path turns, the direction jumps, and that would be an error of stress
+of the size of the jump, in increments however short. There backward Euler also stands if the flow has another direction
+than the last one: sum_q w |de_p - P de_p|^2 > TURNED^2 sum_q w |de_p|^2, P the projection on de_p0.
+
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
 there. The accepted solution is converged and measured again.
@@ -29,6 +34,7 @@ that of friction (:mod:`bipot.control.attempting`), before an increment is accep
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -48,6 +54,12 @@ from bipot.typing import Bools, Floats, vdot
 
 TOO_MUCH, TOO_LITTLE = 0.1, 0.2
 NEGLIGIBLE = 1e-6
+
+TURNED = 0.2
+"""Mean sine of the angle between flow and last flow above which a path that turns has turned it. Where it does not, the
+flow turns by less in an increment: in upset cylinders by 0.02 to 0.08, by 0.17 in five increments to 45 %.
+"""
+
 RATIOS, REPEATS = 2, 8
 
 ROUGH = 1e-5
@@ -143,10 +155,20 @@ class CarriedFlow:
         """
         nothing = replace(self, ratio=0.0)
         ratio = Flowed.of(increment.system, nothing, euler).overall
-        if not nothing.is_wrong(ratio):
+        if not nothing.is_wrong(ratio) or (increment.past.turns and self._turned_by(euler) > TURNED):
             return None
         measured = increment.past.turns or self.is_wrong(ratio)
         return replace(self, ratio=ratio if measured else self.ratio, found=True)
+
+    def _turned_by(self, euler: Solved) -> float:
+        """The mean sine of the angle between the flow by backward Euler and the last one, where there was any."""
+        flow, kin = euler.response.returned.plastic_strain, euler.response.kinematics
+        last, weight = kin.turned(self.last.strain), self.on * kin.volume
+        square = np.vecdot(last, last)
+        along = np.divide(np.vecdot(flow, last), square, out=np.zeros_like(square), where=square > 0)
+        across = flow - along[..., None] * last
+        total = vdot(weight, np.vecdot(flow, flow))
+        return math.sqrt(vdot(weight, np.vecdot(across, across)) / total) if total > 0 else 0.0
 
 
 @dataclass(frozen=True)
