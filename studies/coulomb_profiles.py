@@ -1,6 +1,6 @@
 """Which solver solves which discrete Coulomb problem, how well and how fast.
 
-    python -m studies.coulomb_profiles --problems DIR [DIR ...] [--solvers auto,proximal ...] [--limit 30]
+    python -m studies.coulomb_profiles --problems DIR [DIR ...] [--solvers auto proximal ...] [--limit 30]
                                        [--workers 2] [--fast] [--require N N N N] [--resume | --overwrite] [--out DIR]
 
 Over every FCLIB file of the folders, each solver gets `limit` seconds a problem. Written to `out`:
