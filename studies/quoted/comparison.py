@@ -29,9 +29,22 @@ def _decades(least: float, largest: float) -> tuple[float, ...]:
 
 
 def _of_order_one(results: Results) -> bool:
-    """Force errors from K h/E = 100 on, but at mu = 0.3, whose tractions switch and whose increments are cut."""
+    """Force errors from K h/E = 10 on, but at mu = 0.3, whose tractions switch and whose increments are cut."""
     paths = [(mu, reduction) for mu in (0.1, 0.6) for reduction in (0.2, 0.45)]
-    return all(0.95 < order < 1.05 for path in paths for order in _penalties(results, "order", 100.0, *path))
+    return all(0.9 < order < 1.1 for path in paths for order in _penalties(results, "order", 10.0, *path))
+
+
+def _on_it_later(results: Results) -> bool:
+    """At mu = 0.3, 20 %, from K h/E = 1000 on: errors times K are as at 1e4."""
+    errors = _penalties(results, "force_error", 1000.0, 0.3, 0.2)
+    return all(abs(errors[k] * 10.0 ** (k - 1) / errors[1] - 1) < 0.05 for k in range(len(errors)))
+
+
+def _stays(results: Results) -> bool:
+    """The force error at mu = 0.3, 45 %, from K h/E = 10 on."""
+    found = {"mu": 0.3, "reduction": 0.45, "form": "penalty"}
+    errors = results.column("penalty_vs_conic", "force_error", **found, K_over_E_h=_decades(10.0, 1e8))
+    return len(errors) == 8 and 1e-4 < min(errors) and max(errors) < 4e-4
 
 
 def _in_proportion(results: Results, column: str, exponent: int) -> bool:
@@ -41,10 +54,10 @@ def _in_proportion(results: Results, column: str, exponent: int) -> bool:
 
 
 def _flat(results: Results) -> bool:
-    """The condition number changes by less than a decade up to K h/E = 100."""
+    """By less than a factor of three."""
     found = {"mu": 0.3, "reduction": 0.2, "form": "penalty"}
     values = results.column("penalty_vs_conic", "condition", **found, K_over_E_h=_decades(0.001, 100.0))
-    return max(values) < 10 * min(values)
+    return max(values) < 3 * min(values)
 
 
 def _two_against_one(results: Results) -> bool:
@@ -175,8 +188,10 @@ QUOTED = Quoted(
         "fine_accuracy_increments": lambda results: digits(_fine(results, "accuracy 0.001", "increments"), 4),
     },
     claims={
-        "the force error falls with order 1 in 1/K": _of_order_one,
-        "number is flat up to K h/E = 100": _flat,
+        "At mu = 0.1 and 0.6, once K h/E is 10 or so, the force error falls with order 1 in 1/K": _of_order_one,
+        "and on it from 1000 on": _on_it_later,
+        "stays between 1e-4 and 4e-4 from K h/E = 10 on": _stays,
+        "number changes by less than a factor of three up to K h/E = 100": _flat,
         "then grows in proportion to K": lambda results: _in_proportion(results, "condition", 1),
         "creeps by its force over K_t, in proportion to 1/K": lambda results: _in_proportion(
             results, "stick_creep_mm", -1
