@@ -87,6 +87,17 @@ def _nearest(results: Results, mu: float) -> Line:
     return min(_paper(results, mu), key=lambda row: float(row["curve_error"]))
 
 
+def _of_penalty(results: Results, column: str) -> list[float]:
+    """What the penalty takes over what the tangent form takes on the same increments."""
+    found = []
+    for row in results.rows("speed_vs_error", method="tangent", knob="increments"):
+        same = {"mu": row["mu"], "knob": "increments", "value": row["value"]}
+        found += [
+            value / float(row[column]) for value in results.column("speed_vs_error", column, method="penalty", **same)
+        ]
+    return found
+
+
 def _turns_round(results: Results) -> bool:
     """The paper's error is above 1e-5 and grows again with more increments, for both mu."""
     near = [(_paper(results, mu)[-1], _nearest(results, mu)) for mu in (0.1, 0.3)]
@@ -172,6 +183,13 @@ QUOTED = Quoted(
         "nearest_03": lambda results: digits(float(_nearest(results, 0.3)["increments"]), 6),
         "off_01": lambda results: power(float(_nearest(results, 0.1)["curve_error"])),
         "off_03": lambda results: power(float(_nearest(results, 0.3)["curve_error"])),
+        **{
+            f"penalty_{column}_{name}": lambda results, column=column, end=end: digits(
+                end(_of_penalty(results, column))
+            )
+            for column in ("passes", "seconds")
+            for name, end in (("least", min), ("largest", max))
+        },
         "least_ratio": lambda results: digits(min(_ratios(results, 0.1))),
         "largest_ratio": lambda results: digits(max(_ratios(results, 0.1))),
         "foreign_first": lambda results: percent(min(_foreign_first(results))),
