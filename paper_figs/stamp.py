@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.collections import Collection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -39,7 +40,7 @@ def stamp_of(path: Path) -> str | None:
         return picture.info.get(KEY)
 
 
-def _panel(ax) -> Iterator[str]:
+def _panel(ax: Axes) -> Iterator[str]:
     yield from (ax.get_title(), ax.get_xlabel(), ax.get_ylabel(), ax.get_xscale(), ax.get_yscale())
     for artist in [*ax.lines, *ax.collections, *ax.texts]:
         yield from _artist(artist)
