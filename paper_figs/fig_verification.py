@@ -47,6 +47,8 @@ def draw(case: Case, rows: Sequence[Row]) -> Figure:
         ax.annotate(
             "allowed", (1.0, tolerance), xycoords=("axes fraction", "data"), ha="right", va="bottom", color=GREY
         )
+    if any(row.error == 0 for asked in shown for row in _of(asked.quantity, rows)):
+        ax.text(0.02, 0.03, "errors of zero are not drawn", transform=ax.transAxes, color=GREY, fontsize=7)
     ax.margins(y=0.12)
     ax.set_xscale("log")
     ax.set_yscale("log")
