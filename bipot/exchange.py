@@ -78,7 +78,8 @@ def conic_program(
     """The convex program of the pass by ``form`` that would follow the last one of an accepted increment.
 
     Its threshold is that of the increment's contact forces, so that its minimiser is the increment's displacement, but
-    for how far the error of the increment's equilibrium moves the body (far in perfect flow). It contains all free
+    for how far the error of the increment's equilibrium moves the body (far in perfect flow); that of :class:`Penalty`
+    is so only where the march itself was by that penalty. The program contains all free
     unknowns (which :class:`Tangent` condenses before it solves) and rows of the candidates near their tool. It is
     dimensionless: lengths in ``accepted.units.length``, forces in ``accepted.units.force``, energies in their product.
     ``conic()`` is the standard form, ``statement()`` the same in cvxpy. The multipliers of the rows "gap" are the

@@ -3,7 +3,7 @@ A mesh from a Gmsh file
 =======================
 
 A barrel of nine quadrilaterals with a curved side (physical groups) under a punch. Reading needs the extra ``mesh``:
-pip install bipot[mesh].
+``pip install ".[mesh]"`` in a copy of the repository.
 """
 
 # %%

@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bipot.errors import BipotError, ResultsError
+from paper_figs.stamp import KEY, stamp
 from studies.tables import Value, read_csv, read_rows
 
 Row = TypeVar("Row")
@@ -67,12 +68,12 @@ def legend_below(figure: Figure, handles: Sequence[Any], columns: int) -> None:
 
 
 def save(figure: Figure, out: Path, name: str) -> list[Path]:
-    """Write the figure as PDF and PNG into ``out``."""
+    """Write the figure as PDF and PNG into ``out``; the PNG says by its stamp what it shows."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         paths = [out / f"{name}.{kind}" for kind in ("pdf", "png")]
         for path in paths:
-            figure.savefig(path)
+            figure.savefig(path, metadata={KEY: stamp(figure)} if path.suffix == ".png" else None)
     except OSError as error:
         raise SystemExit(f"{out}: cannot be written ({error})") from error
     return paths

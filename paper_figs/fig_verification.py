@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
@@ -16,6 +16,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from bipot.errors import ResultsError
 from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, STYLE, VERMILLION, WIDTH
+from paper_figs.stamp import KEY, stamp
 from studies.tables import read_rows
 from studies.verification.case import Case, Row
 from studies.verification.cases import all_cases
@@ -46,6 +47,8 @@ def draw(case: Case, rows: Sequence[Row]) -> Figure:
         ax.annotate(
             "allowed", (1.0, tolerance), xycoords=("axes fraction", "data"), ha="right", va="bottom", color=GREY
         )
+    if any(row.error == 0 for asked in shown for row in _of(asked.quantity, rows)):
+        ax.text(0.02, 0.03, "errors of zero are not drawn", transform=ax.transAxes, color=GREY, fontsize=7)
     ax.margins(y=0.12)
     ax.set_xscale("log")
     ax.set_yscale("log")
@@ -63,6 +66,14 @@ def _of(quantity: str, rows: Sequence[Row]) -> list[Row]:
     return sorted((row for row in rows if row.quantity == quantity), key=lambda row: row.mesh)
 
 
+def figures(rows: Sequence[Row]) -> Iterator[tuple[str, Figure]]:
+    """Of every case in the rows that has more than one mesh, with its name."""
+    for case in all_cases():
+        own = [row for row in rows if row.case == case.name]
+        if len({row.mesh for row in own}) > 1:
+            yield case.name, draw(case, own)
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """Draw every case of the table that has more than one mesh."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
@@ -77,12 +88,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     if not rows:
         raise SystemExit(f"{path}: no results; run: {RUN} --out {asked.results}")
     out.mkdir(parents=True, exist_ok=True)
-    for case in all_cases():
-        own = [row for row in rows if row.case == case.name]
-        if len({row.mesh for row in own}) > 1:
-            with mpl.rc_context(STYLE):
-                draw(case, own).savefig(out / f"{case.name}.png", dpi=130)
-            print(out / f"{case.name}.png")
+    with mpl.rc_context(STYLE):
+        for name, figure in figures(rows):
+            figure.savefig(out / f"{name}.png", dpi=130, metadata={KEY: stamp(figure)})
+            print(out / f"{name}.png")
 
 
 if __name__ == "__main__":

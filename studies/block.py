@@ -103,11 +103,12 @@ class Block(Upset):
 def parser() -> argparse.ArgumentParser:
     """The command line."""
     p = OPTIONS.parser()
-    p.add_argument("--element-type", choices=[kind.value for kind in SolidType], default=SolidType.H8P0.value)
+    kinds, kind = [kind.value for kind in SolidType], SolidType.H8P0.value
+    p.add_argument("--element-type", choices=kinds, default=kind, help="element (default %(default)s)")
     rules = sorted({rule.value for kind in SolidType for rule in RULES[kind.element]})
     p.add_argument("--quadrature", choices=rules, help="default the element's own")
     layouts = [layout.value for layout in Layout]
-    about = "fanned: two elements on the edges of the upper face, three in its corner"
+    about = "fanned: two elements on the edges of the upper face, three in its corner (default %(default)s)"
     p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help=about)
     samplings = [sampling.value for sampling in Sampling]
     p.add_argument("--sampling", choices=samplings, help="where contact is posed (default weighted on h20, else nodes)")

@@ -1,6 +1,6 @@
 """Which solver solves which discrete Coulomb problem, how well and how fast.
 
-    python -m studies.coulomb_profiles --problems DIR [DIR ...] [--solvers auto,proximal ...] [--limit 30]
+    python -m studies.coulomb_profiles --problems DIR [DIR ...] [--solvers auto proximal ...] [--limit 30]
                                        [--workers 2] [--fast] [--require N N N N] [--resume | --overwrite] [--out DIR]
 
 Over every FCLIB file of the folders, each solver gets `limit` seconds a problem. Written to `out`:
@@ -122,16 +122,21 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     about = (__doc__ or "").splitlines()[0]
     p = argparse.ArgumentParser(prog="studies.coulomb_profiles", description=about, allow_abbrev=False)
-    p.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
-    p.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
-    p.add_argument("--limit", type=positive, default=30.0, help="seconds a problem and solver")
-    p.add_argument("--tol", type=positive, default=1e-10)
-    p.add_argument("--workers", type=processes(0), default=2, help="processes; 0 runs in this one")
+    folders = "folders of FCLIB files (default ../shared/fclib/problems, if it is there, and tests/data/fclib)"
+    p.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS), help=folders)
+    p.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO], help=f"default {AUTO}")
+    p.add_argument("--limit", type=positive, default=30.0, help="seconds a problem and solver (default %(default)s)")
+    p.add_argument("--tol", type=positive, default=1e-10, help="residual asked for (default %(default)s)")
+    p.add_argument(
+        "--workers", type=processes(0), default=2, help="processes; 0 runs in this one (default %(default)s)"
+    )
     p.add_argument("--fast", action="store_true", help="small files only (under 20 kB), 5 s each")
     p.add_argument(
         "--require", type=count(0), nargs=len(TOLERANCES), metavar="N", help="counts that solve() must reach"
     )
-    p.add_argument("--out", type=Path, default=Path("results/coulomb_profiles"))
+    p.add_argument(
+        "--out", type=Path, default=Path("results/coulomb_profiles"), help="folder of the results (default %(default)s)"
+    )
     add_options(p)
     return p
 

@@ -47,7 +47,8 @@ def parser_of(
     With ``--fast``, if it says what that leaves of the study.
     """
     parser = argparse.ArgumentParser(prog=f"studies.{name}", description=about, allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=out or Path("results", name.replace(".", "_")))
+    where = out or Path("results", name.replace(".", "_"))
+    parser.add_argument("--out", type=Path, default=where, help="folder of the results (default %(default)s)")
     if fast is not None:
         parser.add_argument("--fast", action="store_true", help=fast)
     add_options(parser, policy)

@@ -53,7 +53,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--at", type=positive, nargs="+", help=f"reductions (default: {EARLY:g}, if it comes, and the end)")
     p.add_argument("--jobs", type=processes(1), help="processes (default 1)")
     p.add_argument("--executor", help="where points are computed instead: dask:ADDRESS of a scheduler")
-    p.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
+    p.add_argument(
+        "--out", type=Path, default=Path(f"results/{NAME}"), help="folder of the results (default %(default)s)"
+    )
     add_options(p)
     return p
 

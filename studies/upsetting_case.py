@@ -61,10 +61,12 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--element-type", choices=kinds, default=ElementType.Q8.value, help="q8 (default) is the paper's")
     rules = sorted({rule.value for kind in ElementType for rule in RULES[kind.element]})
     p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
+    corner = "fanned: two elements in the corner (default %(default)s)"
     layouts = [layout.value for layout in Layout]
-    p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help="fanned: two elements in the corner")
+    p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help=corner)
+    posed = "where contact is posed (default %(default)s)"
     samplings = [sampling.value for sampling in Sampling]
-    p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help="where contact is posed")
+    p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help=posed)
     p.add_argument("--beside", action="store_true", help="run q4p0 at the same node spacing, too, in OUT/q4p0")
     p.add_argument("--diameter", type=float, default=10.0, help="of the cylinder, mm (default 10)")
     return p

@@ -50,10 +50,10 @@ THROUGH = "cvxpy:"
 DEFAULT_SOLVER = f"{THROUGH}clarabel"
 ABOUT_SOLVERS = f"""\
 solvers: a conic program reaches its solver by one of two routes, of equal answers. {THROUGH}NAME poses each increment
-as the cvxpy statement of its program and gives it to the solver of that name, which is what this study does by default
-({DEFAULT_SOLVER}). clarabel and qoco take the same data without cvxpy; the library's Tangent() and Dissipation() go
-to clarabel unless told otherwise. newton, penalty, uzawa and delassus solve their passes directly; fallbacks of newton
-and delassus take --solver's default. The route is stored with the run's parameters.
+as the cvxpy statement of its program and gives it to the solver of that name, as tangent and dissipation do here by
+default ({DEFAULT_SOLVER}). clarabel and qoco take the same data without cvxpy; the library's Tangent() and
+Dissipation() go to clarabel unless told otherwise. newton, penalty, uzawa and delassus solve their passes directly;
+fallbacks of newton and delassus take --solver's default. The route is stored with the run's parameters.
 """
 
 

@@ -60,7 +60,8 @@ class Options:
             formatter_class=argparse.RawDescriptionHelpFormatter,
             allow_abbrev=False,
         )
-        p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
+        mu = "Coulomb coefficients; inf welds (default 0.1 0.3)"
+        p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help=mu)
         sides = f"elements a side (default {default.elements}, --fast {fast.elements})"
         p.add_argument("--elements", type=int, help=sides)
         uniform = f"uniform increments after the start-up (default {default.increments}, --fast {fast.increments})"
@@ -68,14 +69,21 @@ class Options:
         p.add_argument(
             "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
         )
-        p.add_argument("--form", choices=[f.value for f in FormName], default=form.value)
+        forms = [f.value for f in FormName]
+        p.add_argument(
+            "--form", choices=forms, default=form.value, help="how increments are solved (default %(default)s)"
+        )
         p.add_argument(
             "--solver", help=f"of tangent and dissipation: clarabel, qoco, cvxpy:NAME (default {DEFAULT_SOLVER})"
         )
         p.add_argument(
-            "--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value
+            "--configuration",
+            choices=[c.value for c in Configuration],
+            default=Configuration.MIDPOINT.value,
+            help="where strain is measured (default %(default)s)",
         )
-        p.add_argument("--reduction", type=float, default=self.reduction, help="reduction in height, in (0, 1)")
+        reduction = "in height, in (0, 1) (default %(default)s)"
+        p.add_argument("--reduction", type=float, default=self.reduction, help=reduction)
         p.add_argument("--height", type=float, default=10.0, help="of the body, mm (default 10)")
         p.add_argument("--E", type=float, default=210_000.0, help="Young's modulus, MPa (default 210000)")
         p.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio (default 0.3)")
@@ -85,7 +93,9 @@ class Options:
         p.add_argument("--kt", type=float, help="tangential penalty, N/mm a point (default about E/h)")
         p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
         p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
-        p.add_argument("--out", type=Path, default=Path(f"results/{self.name}"))
+        p.add_argument(
+            "--out", type=Path, default=Path(f"results/{self.name}"), help="folder of the results (default %(default)s)"
+        )
         add_options(p)
         return p
 

@@ -11,8 +11,9 @@ from bipot import Elasticity, Perfect, Tabulated, VonMises
 from bipot import upsetting as upsetting_scene
 from bipot.forms import FormName
 from bipot.results import open as open_results
-from studies import hard_cases, upsetting
+from studies import block, coulomb_profiles, hard_cases, sweep, upsetting
 from studies.accuracy import alone, block_alone
+from studies.outputs import parser_of
 from studies.upsetting_case import cases, parser
 
 ROOT = Path(__file__).parents[1]
@@ -142,6 +143,22 @@ def test_the_solver_is_stored_and_the_routes_are_in_the_help(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "cvxpy:NAME poses each increment" in told
     assert "clarabel and qoco take the same data without cvxpy" in told
+
+
+def of_others():
+    return parser_of("energy", "How the energy balance closes.")
+
+
+@pytest.mark.parametrize("made", [parser, block.parser, sweep.parser, coulomb_profiles.parser, of_others])
+def test_the_help_says_what_is_done_unless_asked(made):
+    """The form of the block, its element and how far it goes were nowhere."""
+    silent = [
+        action.dest
+        for action in made()._actions
+        if action.dest not in ("help", "policy") and action.default not in (None, False)
+        if "default" not in (action.help or "")
+    ]
+    assert silent == []
 
 
 def test_every_form_has_a_case():

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import linprog
 
 from bipot import coulomb
-from bipot.errors import InfeasibleProgram
+from bipot.errors import InfeasibleProgram, SceneError
 
 SOLVERS = [
     coulomb.ProximalPoint(),
@@ -171,6 +171,8 @@ def test_no_time_at_all_is_said(seconds):
     assert answer.outcome is coulomb.Outcome.TIME_LIMIT
     assert "more time" in answer.reason
     np.testing.assert_array_equal(answer.r, 0.0)
+    with pytest.raises(SceneError, match=r"seconds = 0\.0: must be > 0"):
+        coulomb.Limits(seconds=0.0)
 
 
 def test_a_singular_mode_holds_two_velocities_and_all_between():

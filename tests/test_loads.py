@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from bipot.errors import IncrementFailed, SceneError
+from bipot.errors import IncrementFailed, LimitPassed, SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -264,3 +264,23 @@ def test_a_pressure_that_passes_its_maximum_in_large_deformation_says_so():
         list(march(replace(tube, loads=(Pressure("bore", 300.0),)), Schedule(20)))
     assert 300.0 * caught.value.state.tau == pytest.approx(max(pressures), rel=1e-3)
     assert 300.0 * float(str(caught.value).split("tau = ")[-1].rstrip(".")) == pytest.approx(max(pressures), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "configuration", [pytest.param(Configuration.MIDPOINT, marks=pytest.mark.slow), Configuration.SMALL]
+)
+def test_a_bar_that_thins_passes_its_maximum_without_a_proof(configuration):
+    """Where strain is small the shape stays, and it is proven. The load is 2/sqrt3 of the yield stress and more."""
+    scene = Scene(
+        mesh=block(3.0, 2.0, 3, 2),
+        geometry=Geometry.PLANE_STRAIN,
+        material=VonMises(Elasticity(young=70_000.0, poisson=0.33), Perfect(100.0)),
+        supports=(Support("base", 0), Support("base", 1)),
+        loads=(Traction("top", (0.0, 500.0)),),
+        configuration=configuration,
+    )
+    words = "passes its maximum at about tau = " if configuration is Configuration.MIDPOINT else "passes the limit load"
+    with pytest.raises(IncrementFailed, match=words) as caught:
+        list(march(scene, Schedule(4)))
+    assert isinstance(caught.value, LimitPassed) == (configuration is Configuration.SMALL)
+    assert 100 * 2 / np.sqrt(3) < 500 * caught.value.state.tau < 1.05 * 100 * 2 / np.sqrt(3)

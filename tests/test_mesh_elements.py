@@ -1,5 +1,8 @@
 """Meshes of every plane element: makers, changes of element, files there and back, refusals by name."""
 
+import re
+from pathlib import Path
+
 import meshio
 import numpy as np
 import pytest
@@ -7,6 +10,7 @@ import pytest
 from bipot.errors import SceneError
 from bipot.fem.elements import RULES, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
+from bipot.fem.projection import VOLUMES
 from bipot.fem.reduction import Geometry
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element, elements_of
@@ -14,7 +18,23 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
 from tests.scenes import refused, scene
 
+PAGE = Path(__file__).parents[1] / "docs" / "scenes.md"
 ALIKE = {3: (Element.T3, Element.T6), 4: (Element.Q4, Element.Q8, Element.Q9)}
+
+
+def test_the_page_has_every_element_with_its_rules_and_volume_changes():
+    rows = re.findall(
+        r"^\| `([A-Z]+\d+)` \| (\d) \| `(\w+)` \| (\d+) \| (.*) \| (.*) \|$", PAGE.read_text("utf-8"), re.MULTILINE
+    )
+    told = {
+        name: (int(n), cell, int(vtk), *(re.findall(r"`(\w+)`", words) for words in lists))
+        for name, n, cell, vtk, *lists in rows
+    }
+    ends = {"line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8}
+    assert told == {
+        e.name: (ends[e.facet], e.cell, e.vtk, [r.name for r in RULES[e]], [v.name for v in VOLUMES[e]])
+        for e in Element
+    }
 
 
 def native(element):

@@ -41,7 +41,6 @@ GIVEN = {
         "a start-up 128 times finer",
         "0.1 % of the height",
         "0.5, 1 or 2 % of the height",
-        "reach 5 %",
     ),
     "docs/coulomb.md": ("4 s a problem",),
     "docs/elements.md": ("increments of 1 %", "from 2 % on"),

@@ -31,6 +31,18 @@ def test_every_task_has_a_page_with_something_to_run():
     assert [page.stem for page in PAGES[1:] if page.stem not in ("index", *listed)] == []
 
 
+NEEDS = {"Qoco(": '".[qoco]"', ".frame(": '".[frames]"', "from_meshio(": '".[mesh]"', "pyvista": '".[pictures]"'}
+"""What a block uses, and what its page then says of the installation."""
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_says_what_its_blocks_need_beside_the_installation_of_the_first_steps(page):
+    text = page.read_text(encoding="utf-8")
+    code = "".join(block.code for block in blocks(text))
+    assert [words for used, words in NEEDS.items() if used in code and words not in text] == []
+    assert "studies" not in code or "copy of the repository" in text
+
+
 def test_what_a_block_prints_is_put_below_it_in_the_place_of_what_was_there():
     page = "```python\nprint(1)\n```\n\n```text\n2\n```\n\n```python\na = 3\n```\n\nEnd.\n"
     right = page.replace("\n2\n", "\n1\n")

@@ -17,10 +17,12 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import upsetting
-from bipot.scene.supports import Prescribed
+from bipot.scene.loads import Traction
+from bipot.scene.supports import Prescribed, Support
 from tests.courses import HELD
 from tests.scenes import scene, tool
 
+PULLED = Traction("right", (1.0, 0.0))
 WALL = tool(point=(1.01, 0.0), normal=(-1.0, 0.0), travel=(0.0, 0.0), candidates=("right",))
 
 
@@ -42,8 +44,8 @@ ARISES = {
     ReasonKind.UNSUITED: (partial(failed, Control(Delassus(), ()), tools=()), "delassus: nothing may touch the body"),
     ReasonKind.NOT_CONVERGED: (partial(failed, ONE_PASS), "newton: 1 passes left equilibrium .* times its bound"),
     ReasonKind.PROGRAM: (
-        partial(failed, Control(Delassus(), ()), tools=(tool(mu=np.inf),)),
-        "delassus: a welded point has no place",
+        partial(failed, Control(Dissipation(), ()), tools=(), supports=(Support("base", 1),), loads=(PULLED,)),
+        "dissipation: its program has no minimum",
     ),
     ReasonKind.FOLDED: (
         # Nodes that are led through the base: no length of Newton's step keeps it from folding.

@@ -21,7 +21,7 @@ from bipot import (
 )
 from bipot.certificate import Bounds
 from bipot.checks.examined import Examined
-from bipot.errors import UnsuitedForm
+from bipot.errors import IncrementFailed, UnsuitedForm
 from bipot.exchange import contact_problem
 from bipot.forms import contact_penalty
 from bipot.forms.newton import Reuse
@@ -110,6 +110,8 @@ def test_the_discrete_coulomb_problem_does_not_take_a_cap():
     first = next(march(slab(*OROWAN), SHORT, Control(Delassus(), fallbacks=(Newton(),))))
     assert first.form is Newton.name
     assert any("tool.shear" in str(reason) for reason in first.reasons)
+    with pytest.raises(IncrementFailed, match=r"tool\.shear.*\. Take another form, or give it fallbacks\.$"):
+        next(march(slab(*OROWAN), SHORT, Control(Delassus(), fallbacks=(), cuts=1)))
     driven = replace(
         slab(*OROWAN), tools=(replace(slab(*OROWAN).tools[0], travel=(0.0, 0.0), driven_by=Force((0.0, -1.0))),)
     )

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from paper_figs import (
     fig_corner,
@@ -12,8 +13,11 @@ from paper_figs import (
     fig_penalty_vs_conic,
     fig_speed_vs_error,
     fig_total_error,
+    fig_verification,
 )
-from studies.tables import read_csv
+from paper_figs.stamp import stamp, stamp_of
+from studies.tables import read_csv, read_rows
+from studies.verification.case import Row
 
 ROOT = Path(__file__).parents[1]
 RESULTS, SHIPPED = ROOT / "docs" / "results", ROOT / "docs" / "figures"
@@ -45,6 +49,32 @@ def drawn():
 @pytest.mark.slow
 def test_every_shipped_figure_is_drawn_from_what_is_shipped(drawn):
     assert {path.stem for path in SHIPPED.glob("*.png")} == {*drawn, *OF_RUNS}
+
+
+def test_every_shipped_figure_shows_what_the_tables_say(drawn):
+    """Of those drawn from tables that are shipped; one was two remakes of its table behind."""
+    old = [name for name, figure in drawn.items() if stamp_of(SHIPPED / f"{name}.png") != stamp(figure)]
+    assert old == [], "draw them again by their modules of paper_figs, --results docs/results"
+
+
+def test_every_shipped_figure_of_the_verification_shows_what_the_table_says():
+    drawn = dict(fig_verification.figures(read_rows(RESULTS / "verification.csv", Row)))
+    folder = SHIPPED / "verification"
+    assert {path.stem for path in folder.glob("*.png")} == set(drawn)
+    old = [name for name, figure in drawn.items() if stamp_of(folder / f"{name}.png") != stamp(figure)]
+    assert old == [], "python -m paper_figs.fig_verification --results docs/results --out docs/figures/verification"
+
+
+def test_a_stamp_tells_numbers_and_words_apart_and_no_looks():
+    def drawing(value=1.0, label="a", size=3.0):
+        figure = Figure(figsize=(size, 2.0))
+        ax = figure.subplots()
+        ax.plot([0.0, 1.0], [0.5, value], label=label)
+        ax.scatter([0.0], [value])
+        return stamp(figure)
+
+    assert drawing() == drawing(size=5.0) == drawing(1.0 + 1e-9)
+    assert len({drawing(), drawing(1.01), drawing(label="b")}) == 3
 
 
 def test_panels_have_letters_in_one_style_and_in_order(drawn):

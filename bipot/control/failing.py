@@ -8,7 +8,7 @@ from bipot.certificate import EPS
 from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
 from bipot.control.reason import Reason
-from bipot.errors import FoldedAnswer, IncrementFailed, InvertedElement, LimitPassed, Refused
+from bipot.errors import FoldedAnswer, IncrementFailed, InvertedElement, LimitPassed, Refused, UnsuitedForm
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
@@ -42,6 +42,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     corner = None if is_explained else cornered(increment)
     if corner is not None:
         more = corner
+    elif isinstance(attempt.last, UnsuitedForm):
+        more = "Take another form, or give it fallbacks."
     elif system.loading.loads or system.body.scene.drives:
         top = pace.maximum(increment)
         most = "may be next to, or past, its maximum"

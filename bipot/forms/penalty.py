@@ -15,7 +15,7 @@ from bipot.conic.solver import Accuracy
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.contact.mobility import shares
-from bipot.errors import ProgramError, require, require_positive, require_type
+from bipot.errors import UnsuitedForm, require, require_positive, require_type
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
@@ -108,7 +108,7 @@ class Penalised(ABC):
     def _program(self, iterate: Iterate, r: Floats, state: Posed, start_gap: Floats, t_0: Floats) -> PenaltyProgram:
         """The program for contacts that start with the gaps ``start_gap`` (f,) and the forces ``t_0`` (f, d)."""
         if state.rows.tied.any():
-            raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
+            raise UnsuitedForm("the penalised forms do not weld (mu = inf), but a large finite mu they take")
         K, threshold = iterate.stiffness(self.kind), state.terms(iterate, r).threshold
         f = K @ iterate.x - iterate.residual
         share = iterate.increment.system.candidates.share[state.near]

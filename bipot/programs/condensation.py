@@ -206,16 +206,16 @@ def reduce(program: TangentProgram) -> Reduced:
     """Eliminate the unknowns of a dense program.
 
     Raises:
-        UnsuitedForm: K is singular to working precision, friction is capped, or there is no contact.
-        ProgramError: a point is welded (a tie is not Coulomb's law).
+        UnsuitedForm: K is singular to working precision, a point is welded or its friction capped (neither is
+            Coulomb's law), or there is no contact.
     """
     rows = program.contact.rows
     if not rows.count:
         raise UnsuitedForm("nothing may touch the body: there is no contact problem")
     if rows.tied.any():
-        raise ProgramError("a welded point has no place in a Coulomb problem: use another form for mu = inf")
+        raise UnsuitedForm("a welded point (mu = inf) has no place in a Coulomb problem")
     if rows.capped:
-        raise UnsuitedForm("a cap on friction, tool.shear, is not Coulomb's law: use another form")
+        raise UnsuitedForm("a cap on friction, tool.shear, is not Coulomb's law")
     G, offset = _stacked(program)
     K = np.asarray(program.K)
     if not np.linalg.cond(K, 1) * len(K) * np.finfo(np.float64).eps < 1:

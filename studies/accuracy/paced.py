@@ -1,4 +1,4 @@
-r"""What increments by accuracy err and cost, beside the cheapest equal ones that err no more, in five small scenes.
+r"""What increments by accuracy err and cost, beside the cheapest equal ones that err no more, in small scenes.
 
     python -m studies.accuracy.paced [--fast] [--resume | --overwrite] [--out DIR]
 

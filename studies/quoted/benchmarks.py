@@ -31,8 +31,8 @@ def _passes_fall(results: Results) -> bool:
     return passes[0] < 1.1 and sorted(passes, reverse=True) == passes
 
 
-def _met(results: Results) -> list[float]:
-    return [float(row["error"]) for row in results.rows("block_ratio") if float(row["ratio"]) >= AIM]
+def _met(results: Results, ratio: str = "ratio") -> list[float]:
+    return [float(row["error"]) for row in results.rows("block_ratio") if float(row[ratio]) >= AIM]
 
 
 def _error(results: Results, element: str, elements: float) -> str:
@@ -56,6 +56,7 @@ QUOTED = Quoted(
         "deviator": lambda results: _over(results, "solve", "solve, plastic variable"),
         "met_most": lambda results: percent(max(_met(results))),
         "met_least": lambda results: percent(min(_met(results))),
+        "met_process": lambda results: percent(max(_met(results, "process_ratio"))),
         "whole_per_cent": lambda results: digits(
             results.one("block_pressure", "passes_an_increment", mu=0.3, layout="fanned", elements=16.0)
         ),
@@ -66,6 +67,8 @@ QUOTED = Quoted(
     claims={
         "all meshes take at most the five passes that are asked": _few,
         "costs about the unit on 10 x 10 and less on larger meshes": _passes_fall,
-        "%, not above: where CalculiX": lambda results: _met(results) == [0.0025, 0.001],
+        "% alone), not above: where CalculiX": lambda results: (
+            _met(results) == [0.0025, 0.001] and len(_met(results, "process_ratio")) == 1
+        ),
     },
 )

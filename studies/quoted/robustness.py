@@ -165,8 +165,18 @@ def _all_stop(results: Results) -> bool:
     return all(last[float(row["elements"])] in str(row["outcome"]) for row in rows)
 
 
+def _fuzzed(results: Results, *errors: str) -> str:
+    """How many random scenes ended with these errors of the library; any of them where none is named."""
+    refused = [row for row in results.rows("fuzz", outcome="refused") if not str(row["kind"]).startswith("coulomb")]
+    return digits(sum(str(row["reason"]).split(":")[0] in errors or not errors for row in refused), 6)
+
+
 QUOTED = Quoted(
     values={
+        "fuzz_refused": _fuzzed,
+        "fuzz_scenes": lambda results: _fuzzed(results, "SceneError"),
+        "fuzz_limits": lambda results: _fuzzed(results, "LimitPassed"),
+        "fuzz_marches": lambda results: _fuzzed(results, "IncrementFailed"),
         "anderson_threshold": lambda results: _accelerated(results, "threshold"),
         "anderson_shift": lambda results: _accelerated(results, "shift"),
         "turned_fallbacks": lambda results: _hard(results, TURNED, "newton", "fallbacks"),
