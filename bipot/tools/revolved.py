@@ -78,10 +78,10 @@ class Revolved(Surface):
         require_type(self.meridian, Surface, "revolved.meridian")
         plane = self.meridian.tips().centre.shape[-1] == 2
         require(plane, "revolved.meridian", self.meridian, "a surface of a plane: (distance from the axis, height)")
-        size = float(self.meridian.size(np.zeros(2), np.zeros(2)))
-        lines = self.meridian.lines(np.zeros(2), FAR * (1 + size))
-        beside = min(float(line[:, 0].min()) for line in lines) >= -ON_AXIS * size
-        sound = beside or self.meridian.mirrored(HALF, 0.0, ON_AXIS * size)
+        # A plane through the origin has no length of its own, and any will do.
+        lines = self.meridian.lines(np.zeros(2), FAR * (self._extent or 1.0))
+        beside = min(float(line[:, 0].min()) for line in lines) >= -ON_AXIS * self._extent
+        sound = beside or self.meridian.mirrored(HALF, 0.0, ON_AXIS * self._extent)
         allowed = "its own mirror image in the axis, r = 0, or at r >= 0"
         require(sound, "revolved.meridian", self.meridian, allowed)
 
@@ -124,7 +124,7 @@ class Revolved(Surface):
         tips = self.meridian.tips()
         solid = isinstance(self.meridian, Plane) and self.meridian.normal[0] > ACROSS
         thickness = -2 * float(self.meridian.gap(np.zeros(2), np.zeros(2))) if solid else tips.thickness
-        on = np.abs(tips.centre[:, 0]) <= ON_AXIS * (1 + tips.radius)
+        on = np.abs(tips.centre[:, 0]) <= ON_AXIS * self._extent
         angle = 2 * np.pi / RING * np.arange(RING)[:, None]
         first, second = frames(np.array([self.axis]))[0, 1:]
         ring = np.cos(angle) * first + np.sin(angle) * second
@@ -172,6 +172,11 @@ class Revolved(Surface):
             chosen = half[np.linspace(0, len(half) - 1, min(CIRCLES, len(half))).astype(int)]
             out += [self.point + r * ways + z * np.array(self.axis) for r, z in chosen[chosen[:, 0] > ON_AXIS * reach]]
         return out
+
+    @cached_property
+    def _extent(self) -> float:
+        """The magnitude of the meridian's places and lengths; zero of a plane through the origin."""
+        return float(self.meridian.size(np.zeros(2), np.zeros(2)))
 
     @property
     def _sphere(self) -> tuple[Vector, float, bool] | None:
