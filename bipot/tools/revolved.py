@@ -24,7 +24,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
 from bipot.paths import require_components, vector
 from bipot.tensors import norm
-from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW, Circle
+from bipot.tools.circle import GRAZED, Circle, comes_out
 from bipot.tools.plane import farther
 from bipot.tools.profiles import wedge
 from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames, reflected
@@ -257,9 +257,8 @@ def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: fl
 def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: Floats, by: Floats) -> Bools:
     """Whether points x (…, 3) that go straight ``by`` (…, 3) come through the tool and out on another side of it (…).
 
-    The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
-    enters and leaves differ by more than PAST; or by more than AROUND, and the way is deeper than a chord of
-    that angle in a sphere as thick; or the point touches the tool neither before nor after, and more than grazes it.
+    The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it; the rule is that of
+    :func:`bipot.tools.circle.comes_out`.
     """
     out = np.zeros(x.shape[:-1], dtype=bool)
     length = norm(by)
@@ -274,10 +273,6 @@ def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: F
     first, last = np.argmax(inside, axis=1), count - 1 - np.argmax(inside[:, ::-1], axis=1)
     rows = np.arange(len(x))
     turned = np.vecdot(found.normal[rows, first], found.normal[rows, last])
-    depth = -found.gap.min(axis=1)
-    radius = thickness / 2
-    far = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * radius))
-    open_at_both = (found.gap[:, [0, -1]] > OPEN * radius).all(axis=1)
-    grazes = open_at_both & (depth > GRAZED * radius)
-    out[near] = inside.any(axis=1) & (depth > SHALLOW * length) & (far | grazes)
+    depth, gap = -found.gap.min(axis=1), found.gap[:, [0, -1]].min(axis=1)
+    out[near] = inside.any(axis=1) & comes_out(turned, depth, length, gap, thickness / 2)
     return out
