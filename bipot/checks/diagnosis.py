@@ -99,9 +99,9 @@ def _aloft(increment: Increment) -> str | None:
     """A tool that a moment turns in the air, where its path does not bring it to the body."""
     scene, gap = increment.system.body.scene, np.minimum(increment.rows.gap, increment.start.gap)
     for k, tool in enumerate(scene.tools):
-        if tool.turn is None or tool.turn.driven_by is None or tool.driven_by is not None:
+        if tool.turned_by is None or tool.driven_by is not None:
             continue
-        moment = tool.turn.driven_by.at(increment.tau)
+        moment = tool.turned_by.at(increment.tau)
         if moment != 0 and not touches(gap[increment.system.candidates.tool == k], scene.size).any():
             return (
                 f"tools[{k}] touches nothing that would hold its moment of {moment:.4g}: "
