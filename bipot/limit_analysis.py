@@ -17,8 +17,6 @@ import scipy.sparse as sp
 from scipy.linalg import null_space
 
 from bipot.checks.determinacy import ROUND_OFF, cleaned
-from bipot.conic.clarabel import Clarabel
-from bipot.conic.solver import Accuracy
 from bipot.errors import InfeasibleProgram, ProgramError, require, require_number, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
@@ -37,8 +35,6 @@ SATURATED = 1e9
 
 HARDENS = 1e-6
 """Relative growth of the yield stress from a tenth of SATURATED up to it, above which a law has not saturated."""
-
-ACCURATE = Accuracy(1e-9)
 
 CANCELLED = 1e-12
 """Sum of the loads over the largest of them, below which they cancel each other up to round-off."""
@@ -82,7 +78,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         touches = bool(touching[system.candidates.tool == k].any())
         require(touches, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
     rows = _rows(increment).take(touching)
-    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
+    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism()
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -120,12 +116,12 @@ def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRow
     motions = _strainless(increment)
     slips = rows_of(rows.G_t, np.repeat(holding[rows.frictional], rows.tangents)) @ motions
     still = null_space(cleaned(slips, motions), rcond=ROUND_OFF)
-    return replace(sliding(load, rows, motions @ still, Clarabel(), ACCURATE), rubs=False)
+    return replace(sliding(load, rows, motions @ still), rubs=False)
 
 
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism without strain, in which contacts may slip."""
-    return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
+    return sliding(load, rows, _strainless(increment))
 
 
 def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
@@ -142,7 +138,7 @@ def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     scene = increment.system.body.scene
     if not np.isfinite(scene.material.yield_stress(0.0)):
         raise InfeasibleProgram("an elastic body does not flow")
-    found = _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
+    found = _program(increment, load, rows).mechanism()
     return replace(found, v=found.v / _units(scene).force)
 
 
