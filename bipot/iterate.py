@@ -53,6 +53,11 @@ class Increment:
         return Advance(self.system.candidates, self.start, self.tau)
 
     @property
+    def unmoved(self) -> Increment:
+        """The increment from the same start that ends there: tools and supports rest in it."""
+        return replace(self, tau=self.start.tau)
+
+    @property
     def size(self) -> int:
         """Number n of unknowns."""
         return self.system.body.space.size
