@@ -151,6 +151,11 @@ class Iterate:
         return self.response.x
 
     @property
+    def nodes(self) -> Floats:
+        """The trial configuration (a, d)."""
+        return self.increment.start.nodes + self.response.du
+
+    @property
     def translated(self) -> Floats:
         """The unknowns (m,) that are coordinates of tools driven by forces or moments."""
         return self.increment.system.body.space.beside(self.x)
@@ -192,8 +197,7 @@ class Iterate:
         body = increment.system.body
         sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
         strength = Strength(sigma_y, response.kinematics.volume)
-        nodes = increment.start.nodes + response.du
-        return caps(increment.system.candidates, strength, self.balanced, nodes, self.placed)
+        return caps(increment.system.candidates, strength, self.balanced, self.nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:
@@ -282,10 +286,10 @@ class Iterate:
 
         In plane strain per unit of thickness; positive anticlockwise.
         """
-        contacts, end = self.increment.system.candidates, self.increment.start.nodes + self.response.du
+        contacts = self.increment.system.candidates
         if not contacts.scene.turning.any():
             return np.zeros(len(contacts.scene.tools))
-        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(end), self.placed)
+        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(self.nodes), self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""
