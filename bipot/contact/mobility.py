@@ -39,9 +39,9 @@ HELD = 1e-12
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether a node of each point (p, d), or the tool of that ``number``, can move, as in :func:`movable`."""
-    owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
+    means = Means(own.weights)
     out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
-    np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
+    np.logical_or.at(out, means.owner, movable(scene, number, means.nodes))
     return out
 
 
@@ -183,8 +183,7 @@ def along_what_is_held(frames: Floats, means: Means, holding: Holding) -> Floats
 
 def _left(means: Means, holding: Holding) -> Floats:
     """S (sum_a P_a) S (c, 3, 3) of the candidates (module docstring)."""
-    axes = np.tile(np.eye(3), (len(holding.held), 1, 1))
-    axes[holding.axes.nodes] = holding.axes.rows
+    axes = holding.axes.frames(len(holding.held), 3)
     nodal = einsum("aij,ai,aik->ajk", axes, ~holding.held, axes)
     pattern = means.weights.copy()
     pattern.data[:] = 1.0
