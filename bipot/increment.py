@@ -26,7 +26,6 @@ from bipot.prediction import begin
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
-from bipot.system import System as System
 from bipot.typing import Floats, make_floats
 
 
