@@ -64,7 +64,7 @@ def _refuse_runaway(iterate: Iterate) -> None:
     """Refuse a motion so long that its round-off hides every strain."""
     body = iterate.increment.system.body
     size, moved = body.scene.mesh.size, float(norm(iterate.response.du).max())
-    allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
+    allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.tools.driven).max()))
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
