@@ -79,8 +79,9 @@ class Recorder:
         require(isinstance(folder, str | Path) and "\0" not in str(folder), "folder", folder, "a path")
         require_told(scene, parameters=parameters, units=units)
         self.folder, self.columns = settled(folder), (*columns, *missing)
+        self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
-        self.asked = Asked(scene, parameters, units, tuple(column.name for column in self.columns))
+        self._asked = Asked(scene, parameters, units, tuple(column.name for column in self.columns))
         require_number(patience, "patience")
         require(0 <= patience < np.inf, "patience", patience, "finite and not negative")
         self.note, self.patience = "", patience
@@ -88,7 +89,7 @@ class Recorder:
         self._committed, self._lines, self._since = self._course, list[str](), time.monotonic()
         self._file: RunFile
         self._opened: ExitStack | None = None
-        known(self.folder, self.existing, self.asked)
+        known(self.folder, self.existing, self._asked)
 
     @property
     def start(self) -> Course:
@@ -106,7 +107,7 @@ class Recorder:
             with undisturbed(), self._written("nothing is recorded"):
                 self.folder.mkdir(parents=True, exist_ok=True)
                 opened.enter_context(locked(self.folder))
-                found = known(self.folder, self.existing, self.asked)
+                found = known(self.folder, self.existing, self._asked)
                 self._begin(opened) if found is None else self._go_on(opened, found)
                 self._committed, self._since = self._course, time.monotonic()
                 # If the recorder is entered again, this run is its own.
@@ -159,8 +160,7 @@ class Recorder:
         """Write step 0 of a new run, which replaces any other."""
         file = opened.enter_context(creating(self.folder / FIELDS))
         (self.folder / TOOLS).unlink(missing_ok=True)
-        run = RunFile.create(file, self.system, self.asked.parameters, self.asked.units)
-        self._file = opened.enter_context(closing(run))
+        self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
         self._file.append(StoredStep.at_start(self.system, self._course), self._header)
         self._file.commit()
         replace(self._curves, self._header.encode(), ResultsError)
@@ -217,7 +217,7 @@ class Recorder:
 
     @property
     def _header(self) -> str:
-        return table.line(self.asked.columns)
+        return table.line(self._asked.columns)
 
     @property
     def _curves(self) -> Path:
