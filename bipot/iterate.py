@@ -262,8 +262,6 @@ class Iterate:
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -s slip/|slip| between tool and support where the slip is known."""
-        if not self.increment.dragged.any():
-            return r
         return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), self.increment.dragged)
 
     def tool_forces(self, r: Floats) -> Floats:
