@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bipot.control.accepted import Accepted
-from bipot.increment import System
 from bipot.programs.condensation import factorise
 from bipot.programs.factors import SuperLUFactor
 from bipot.programs.ordering import Pattern
 from bipot.response import Response, TangentKind
+from bipot.system import System
 
 LEAST = 20
 """Samples of kappa that a benchmark interleaves with its run."""

@@ -176,7 +176,7 @@ class Advance:
         if len(scene.tools) < 2 - bool(scene.planes):
             return Carried.evenly(along)
         motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
-        under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
+        under = self.places, self.frames[:, 0], motion
         ridden = Riding(contacts, self.start, *under, self.placed, self.turned, scene.directions.held).carried()
         return ridden._replace(by=ridden.by + along)
 
@@ -184,6 +184,11 @@ class Advance:
     def placed(self) -> Floats:
         """Pose (k, p) of each tool at the start."""
         return self.candidates.scene.placed(self.start.tau, self.start.translation)
+
+    @cached_property
+    def places(self) -> Floats:
+        """Places (w, d) of the parts at the start."""
+        return self.candidates.met.places(self.start.nodes)
 
     @cached_property
     def frames(self) -> Floats:
@@ -200,29 +205,26 @@ class Advance:
 
     def swept(self, advance: Floats) -> Floats:
         """Displacement (w, d) of the tools' points where parts start, by the turns in the poses' ``advance`` (k, p)."""
-        return self.candidates.faces.swept(self.candidates.met.places(self.start.nodes), self.placed, advance)
+        return self.candidates.faces.swept(self.places, self.placed, advance)
 
     def carried(self, du: Floats, advance: Floats) -> Floats:
         """Displacement (w, d) of the tools' points where parts are, by the turns in the poses' ``advance`` (k, p).
 
         Parts are taken halfway along ``du`` (a, d), where an increment's forces do the work of the tools.
         """
-        met = self.candidates.met
-        middle = met.places(self.start.nodes) + met.motion(du) / 2
+        middle = self.places + self.candidates.met.motion(du) / 2
         return self.candidates.faces.carried(middle, self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools if nodes move by ``du`` (a, d) and poses ``advance`` by (k, p)."""
-        met = self.candidates.met
-        going = Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
+        going = Going(self.places, self.candidates.met.motion(du), self.placed, advance)
         return self.candidates.faces.meeting(self.start.gap, going, self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""
         if not self.candidates.curved:
             return self.start.gap
-        x = self.candidates.met.places(self.start.nodes)
-        gap = self.candidates.faces.after(x, self.placed, self._before(advance))
+        gap = self.candidates.faces.after(self.places, self.placed, self._before(advance))
         flat = np.array([tool.flat for tool in self.candidates.scene.tools], dtype=bool)
         return np.where(flat[self.candidates.tool], self.start.gap, gap)
 
@@ -243,5 +245,5 @@ class Advance:
         then counts for a part that reaches it as the part's own motion does.
         """
         apart = ~self.closed
-        rests = Aloft(self.candidates.met.places(self.start.nodes), self.carried_on, self.placed, self.by(travel))
+        rests = Aloft(self.places, self.carried_on, self.placed, self.by(travel))
         return self.candidates.faces.in_air(apart, rests)

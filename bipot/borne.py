@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -114,20 +115,26 @@ class Riding:
         touching = np.asarray((self._weights > 0).any(axis=1))
         others = touching * self._others(k)
         alone = others.sum() == 1 and not touching[k]
-        # Mirror images turn alike: an axis along which planes of symmetry hold the body is across these planes.
-        for j in np.flatnonzero(others > 0).tolist():
-            tool = self.candidates.scene.tools[j]
-            for whole in (True, False):
-                spin = self._spun(j, whole)
-                if spin is None:
-                    continue
-                turning = np.array([n > 0 and (i == j or self._alike(spin, i, whole)) for i, n in enumerate(others)])
-                cannot_roll = tool.welded or self._clamp(turning * others) or (alone and isinstance(tool.face, Plane))
-                if (whole and not cannot_roll) or not self._is_spread(turning, spin):
-                    continue
-                if all(turning[i] or self._allows(i, spin) for i in np.flatnonzero(others).tolist()):
-                    return turning, spin
+        for j, whole in product(np.flatnonzero(others > 0).tolist(), (True, False)):
+            spin = self._spun(j, whole)
+            if spin is not None and (turning := self._turning_with(j, spin, whole, others, alone)) is not None:
+                return turning, spin
         return None
+
+    def _turning_with(self, j: int, spin: Spin, whole: bool, others: Floats, alone: bool) -> Bools | None:
+        """Which tools (k,) turn the body by the ``spin`` of the j-th, its ``whole`` turn or not; None if it does not.
+
+        ``others`` (k,) says how often each tool is there beside the one that the body meets, ``alone`` whether the j-th
+        is the only one of all that touches it.
+        """
+        tool = self.candidates.scene.tools[j]
+        # Mirror images turn alike: an axis along which planes of symmetry hold the body is across these planes.
+        turning = np.array([n > 0 and (i == j or self._alike(spin, i, whole)) for i, n in enumerate(others)])
+        cannot_roll = tool.welded or self._clamp(turning * others) or (alone and isinstance(tool.face, Plane))
+        if (whole and not cannot_roll) or not self._is_spread(turning, spin):
+            return None
+        prevented = any(not (turning[i] or self._allows(i, spin)) for i in np.flatnonzero(others).tolist())
+        return None if prevented else turning
 
     def _spun(self, j: int, whole: bool) -> Spin | None:
         """How the j-th tool turns what it holds, if it does: by its ``whole`` turn, or else about its normal."""

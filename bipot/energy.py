@@ -151,7 +151,7 @@ def _pushed(start: State, solved: Solved, r: Floats, theta: float) -> Floats:
 def _driven(start: State, solved: Solved, theta: float) -> float:
     """Work of the supports on their prescribed displacements."""
     increment = solved.iterate.increment
-    driven, system = increment.driven, increment.system
+    driven, system = increment.tools.driven, increment.system
     if not driven.any():
         return 0.0
     body = system.body

@@ -26,7 +26,6 @@ from bipot.prediction import begin
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
-from bipot.system import System as System
 from bipot.typing import Floats, make_floats
 
 
@@ -172,11 +171,7 @@ def solve_increment(
         finally:
             observe(Trial(number, form, *given, step, examined, time.process_time() - began))
         if accepted:
-            examined, undetermined = least_moved(examined)
-            if not np.array_equal(examined.iterate.x, iterate.x) and not watch.accepts(examined, step):
-                raise watch.failure("the least of the body's free rigid motions leaves")
-            increment.system.body.refuse_folded(examined.response)
-            refuse_motion(examined.iterate, r)
+            examined, undetermined = _admitted(watch, examined, step)
             return Solved(
                 iterate=examined.iterate,
                 r=r,
@@ -201,6 +196,20 @@ def _first(increment: Increment, limits: Limits, cache: Cache, near_to: Near | N
         forces = np.where(increment.rows.idle, 0.0, increment.start.forces)
         return begin(increment, cache.pace, limits.bounds), forces
     return increment.at(near_to.response.x), near_to.r
+
+
+def _admitted(watch: _Watch, accepted: Examined, step: Step) -> tuple[Examined, tuple[str, ...]]:
+    """The ``accepted`` answer with the least free rigid motion, and what is not determined, in words.
+
+    Raises:
+        NotConverged, Refused, FoldedAnswer: as of :func:`solve_increment`.
+    """
+    least, undetermined = least_moved(accepted)
+    if not np.array_equal(least.iterate.x, accepted.iterate.x) and not watch.accepts(least, step):
+        raise watch.failure("the least of the body's free rigid motions leaves")
+    least.increment.system.body.refuse_folded(least.response)
+    refuse_motion(least.iterate, least.r)
+    return least, undetermined
 
 
 class _Watch:

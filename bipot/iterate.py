@@ -43,9 +43,9 @@ class Increment:
         """The contact rows of all candidates; for curved tools those of a body that rests in the increment."""
         contacts = self.system.candidates
         if contacts.curved:
-            at_rest = self.tools.meeting(self.driven, self.tools.path)
+            at_rest = self.tools.meeting(self.tools.driven, self.tools.path)
             return contacts.linearised(self.tools.closed, at_rest, np.zeros(self.size))
-        return contacts.rows(self.start.gap, self.tools.closed, self.travel, self.driven)
+        return contacts.rows(self.start.gap, self.tools.closed, self.tools.travel, self.tools.driven)
 
     @cached_property
     def tools(self) -> Advance:
@@ -53,14 +53,14 @@ class Increment:
         return Advance(self.system.candidates, self.start, self.tau)
 
     @property
+    def unmoved(self) -> Increment:
+        """The increment from the same start that ends there: tools and supports rest in it."""
+        return replace(self, tau=self.start.tau)
+
+    @property
     def size(self) -> int:
         """Number n of unknowns."""
         return self.system.body.space.size
-
-    @property
-    def driven(self) -> Floats:
-        """The prescribed displacement (a, d), zero where none is prescribed."""
-        return self.tools.driven
 
     @cached_property
     def paces(self) -> Paces:
@@ -83,7 +83,7 @@ class Increment:
 
         The friction there acts between tool and support and on no unknown.
         """
-        return supported.dragged(self.system.candidates, self.travel, self.driven)
+        return supported.dragged(self.system.candidates, self.tools.travel, self.tools.driven)
 
     @cached_property
     def torn(self) -> int | None:
@@ -91,22 +91,17 @@ class Increment:
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
         touching = supported.Touching(self.tools.closed, self.start.nodes, self.tools.placed, self.tools.path)
-        return supported.torn(self.system.candidates, touching, self.travel, self.driven)
+        return supported.torn(self.system.candidates, touching, self.tools.travel, self.tools.driven)
 
     @cached_property
     def loads(self) -> LoadChange:
         """The change of the loads in the increment."""
         return LoadChange(self.system, self.start, self.tau)
 
-    @property
-    def travel(self) -> Floats:
-        """Displacement (tools, d) of each tool along its path."""
-        return self.tools.travel
-
     @cached_property
     def reach(self) -> float:
         """The longest travel of a tool that may reach the body."""
-        return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.tools.path))
+        return self.system.candidates.reach(self.rows.gap, self.tools.travel, self.tools.swept(self.tools.path))
 
     @cached_property
     def driven_into(self) -> supported.DrivenInto:
@@ -130,7 +125,7 @@ class Increment:
         """
         if not max_abs(x) <= LARGEST_LENGTH:
             raise NotConverged("an iterate runs away: nothing holds the body, or next to nothing")
-        return Iterate(self, self.system.body.respond(self.start, x, self.driven))
+        return Iterate(self, self.system.body.respond(self.start, x, self.tools.driven))
 
 
 @dataclass(frozen=True)
@@ -144,6 +139,11 @@ class Iterate:
     def x(self) -> Floats:
         """The unknowns (n,)."""
         return self.response.x
+
+    @property
+    def nodes(self) -> Floats:
+        """The trial configuration (a, d)."""
+        return self.increment.start.nodes + self.response.du
 
     @property
     def translated(self) -> Floats:
@@ -187,8 +187,7 @@ class Iterate:
         body = increment.system.body
         sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
         strength = Strength(sigma_y, response.kinematics.volume)
-        nodes = increment.start.nodes + response.du
-        return caps(increment.system.candidates, strength, self.balanced, nodes, self.placed)
+        return caps(increment.system.candidates, strength, self.balanced, self.nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:
@@ -263,8 +262,6 @@ class Iterate:
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -s slip/|slip| between tool and support where the slip is known."""
-        if not self.increment.dragged.any():
-            return r
         return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), self.increment.dragged)
 
     def tool_forces(self, r: Floats) -> Floats:
@@ -277,10 +274,10 @@ class Iterate:
 
         In plane strain per unit of thickness; positive anticlockwise.
         """
-        contacts, end = self.increment.system.candidates, self.increment.start.nodes + self.response.du
+        contacts = self.increment.system.candidates
         if not contacts.scene.turning.any():
             return np.zeros(len(contacts.scene.tools))
-        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(end), self.placed)
+        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(self.nodes), self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""
@@ -294,6 +291,6 @@ class Iterate:
         if contacts.scene.turning.any():
             carried = increment.tools.carried(self.response.du, self.advance)
             tools += vdot(contacts.vectors(r, self.frames), carried)
-        driven = vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
+        driven = vdot(self.reactions(r), increment.tools.driven) if increment.tools.driven.any() else 0.0
         loads = vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

@@ -17,13 +17,11 @@ import scipy.sparse as sp
 from scipy.linalg import null_space
 
 from bipot.checks.determinacy import ROUND_OFF, cleaned
-from bipot.conic.clarabel import Clarabel
-from bipot.conic.solver import Accuracy
 from bipot.errors import InfeasibleProgram, ProgramError, require, require_number, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
-from bipot.programs.data import ContactRows, Units, rows_of
+from bipot.programs.data import ContactRows, Units
 from bipot.programs.limit import UNMOVED, LimitProgram, Mechanism, sliding, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
@@ -37,8 +35,6 @@ SATURATED = 1e9
 
 HARDENS = 1e-6
 """Relative growth of the yield stress from a tenth of SATURATED up to it, above which a law has not saturated."""
-
-ACCURATE = Accuracy(1e-9)
 
 CANCELLED = 1e-12
 """Sum of the loads over the largest of them, below which they cancel each other up to round-off."""
@@ -81,8 +77,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touches = bool(touching[system.candidates.tool == k].any())
         require(touches, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
-    rows = _rows(increment).take(touching)
-    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
+    rows = increment.unmoved.rows.take(touching)
+    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism()
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -100,7 +96,7 @@ def collapse(increment: Increment) -> Mechanism | None:
     load = _load(increment)
     if increment.system.candidates.capped or not max_abs(load) > _round_off(increment):
         return None
-    holding, rows = _holding(increment), _rows(increment)
+    holding, rows = _holding(increment), increment.unmoved.rows
     # Any other open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(holding, rows.mu, 0.0))
     for find in (partial(_lifted, holding), _slid, _flown):
@@ -117,15 +113,15 @@ def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRow
     """A mechanism without strain by which no contact slips, as where the body tips over an edge."""
     if (holding & ~rows.rubs).any():
         raise InfeasibleProgram("smooth contacts may slip in any mechanism")
-    motions = _strainless(increment)
-    slips = rows_of(rows.G_t, np.repeat(holding[rows.frictional], rows.tangents)) @ motions
+    motions = increment.system.strainless_at(increment.start.nodes)
+    slips = rows.take(holding).G_t @ motions
     still = null_space(cleaned(slips, motions), rcond=ROUND_OFF)
-    return replace(sliding(load, rows, motions @ still, Clarabel(), ACCURATE), rubs=False)
+    return replace(sliding(load, rows, motions @ still), rubs=False)
 
 
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism without strain, in which contacts may slip."""
-    return sliding(load, rows, _strainless(increment), Clarabel(), ACCURATE)
+    return sliding(load, rows, increment.system.strainless_at(increment.start.nodes))
 
 
 def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
@@ -142,14 +138,8 @@ def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     scene = increment.system.body.scene
     if not np.isfinite(scene.material.yield_stress(0.0)):
         raise InfeasibleProgram("an elastic body does not flow")
-    found = _program(increment, load, rows).mechanism(Clarabel(), ACCURATE)
+    found = _program(increment, load, rows).mechanism()
     return replace(found, v=found.v / _units(scene).force)
-
-
-def _strainless(increment: Increment) -> Floats:
-    """Motions (n, m) of the whole body at the increment's start, and of tools that forces or moments drive."""
-    rigid, tools = increment.system.rigid_at(increment.start.nodes), increment.system.body.space.translations
-    return np.hstack([rigid, np.eye(len(rigid), tools, tools - len(rigid))])
 
 
 def _load(increment: Increment) -> Floats:
@@ -194,11 +184,6 @@ def _holding(increment: Increment) -> Bools:
     """Candidates (c,) that touch, and those of tools that touch nothing yet: the body may come to be held by these."""
     tool, near = increment.system.candidates.tool, _touching(increment)
     return near | ~np.isin(tool, tool[near])
-
-
-def _rows(increment: Increment) -> ContactRows:
-    """Contact rows in the shape of the increment's start: normals of curved tools turn on the way to its end."""
-    return replace(increment, tau=increment.start.tau).rows
 
 
 def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:

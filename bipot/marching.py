@@ -171,34 +171,40 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
 
     If none does, the attempts that were spared a program are repeated with it.
     """
-    state, whole = course.state, target - course.state.tau
-    if shared.pacer is not None:
-        whole = shared.pacer.length(shared.system, state, course.proposed, target)
-    size, uncut = (whole, whole) if math.isnan(course.size) else (course.size, course.uncut)
+    state, (size, uncut) = course.state, _length(shared, course, target)
     # Half of an increment of one spacing of pseudo-times would be none, or all of it again.
     least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
+    # Halvings count from the scheduled length: from the last one that was solved they would go on without end.
+    halvable = 2 * least * (1 - 1e-9)
     # A program is spared only where the length is free: scheduled increments are kept if any form solves them.
-    spares = math.inf if shared.pacer is None else uncut / 2**shared.control.spared * (1 + 1e-9)
-    spares = max(spares, 2 * least * (1 - 1e-9))
+    spared = math.inf if shared.pacer is None else max(uncut / 2**shared.control.spared * (1 + 1e-9), halvable)
     halving = Halving(lambda part, *options: shared.attempt(part, course.largest, *options), uncut)
     while True:
         # The target itself, not a sum that round-off moves.
         tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(shared.system, state, tau)
-        # Halvings count from the scheduled length: from the last one that was solved they would go on without end.
-        halves = tau - state.tau >= 2 * least * (1 - 1e-9)
-        tried = halving.tried(increment, tau - state.tau >= spares, halves)
+        length = tau - state.tau
+        tried = halving.tried(increment, sparing=length >= spared, halves=length >= halvable)
         if isinstance(tried, Found):
             return tried
-        if not halves:
+        if length < halvable:
             break
         halving.cut(tau)
-        size = (tau - state.tau) / 2
-    found = halving.unspared()
-    if found is None:
+        size = length / 2
+    if (found := halving.unspared()) is None:
         ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
         raise given_up(increment, tried, halving.cuts, shared.cache.pace, ahead)
     return found
+
+
+def _length(shared: Shared, course: Course, target: float) -> tuple[float, float]:
+    """The length of the next increment towards ``target``, and that from which its halvings are counted."""
+    if not math.isnan(course.size):
+        return course.size, course.uncut
+    if shared.pacer is None:
+        return target - course.state.tau, target - course.state.tau
+    length = shared.pacer.length(shared.system, course.state, course.proposed, target)
+    return length, length
 
 
 def _located(shared: Shared, course: Course, found: Found) -> Found:

@@ -86,7 +86,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     if increment.past.turns or not x.any():
         return rest
     same = np.array_equal(rows.gap, start.gap) and not increment.loads.changes
-    if same and not rows.slip.any() and not increment.driven.any():
+    if same and not rows.slip.any() and not increment.tools.driven.any():
         return rest
     before = start.forces[:, 0] * start.gap
     moved, resting = (start.forces * rows.motion(y) for y in (x, rest))

@@ -68,6 +68,12 @@ class System:
         """The same in the configuration ``nodes`` (a, d)."""
         return self._rigid_motions(nodes) if self.rigid.size else self.rigid
 
+    def strainless_at(self, nodes: Floats) -> Floats:
+        """Motions (n, m) that strain nothing: :meth:`rigid_at`, then those of each coordinate of driven tools alone."""
+        rigid, driven = self.rigid_at(nodes), self.body.space.translations
+        # Coordinates of driven tools are the last unknowns.
+        return np.hstack([rigid, np.eye(len(rigid), driven, k=driven - len(rigid))])
+
     def _rigid_motions(self, nodes: Floats) -> Floats:
         space = self.body.space
         found = rigid_motions(nodes, space.free, self.body.scene.geometry, space.axes)

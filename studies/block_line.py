@@ -31,8 +31,8 @@ from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries
 from bipot.control.accepted import Accepted
 from bipot.fem.surface import facet_mass
-from bipot.increment import System
 from bipot.results.columns import Column
+from bipot.system import System
 from bipot.traction import on_line, tractions
 from bipot.typing import Bools, Floats
 from studies.corner import alternation

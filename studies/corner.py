@@ -35,11 +35,11 @@ from bipot.control.accepted import Accepted
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.increment import System
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.paper import upsetting
 from bipot.scene.scene import Scene
+from bipot.system import System
 from bipot.tensors import identity, trace
 from bipot.traction import contact_edges
 from bipot.typing import Floats

@@ -20,10 +20,10 @@ import numpy as np
 from bipot.control.accepted import Accepted
 from bipot.control.landing import Locate, newly_closed
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.increment import System
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import upsetting
+from bipot.system import System
 from bipot.typing import Floats
 from studies.command import command, progressing, say
 from studies.options import count

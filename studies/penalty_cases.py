@@ -10,10 +10,11 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.forms import Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
-from bipot.increment import Limits, System
+from bipot.increment import Limits
 from bipot.marching import Control, Schedule, system_of
 from bipot.paper import upsetting
 from bipot.scene.scene import Scene
+from bipot.system import System
 from studies.runs import Run, record
 from studies.upsetting_march import FIRST
 

@@ -17,12 +17,13 @@ from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.surface import facet_mass
 from bipot.forms import Penalty, Uzawa
-from bipot.increment import System, Trial
+from bipot.increment import Trial
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.condensation import factorise
 from bipot.response import TangentKind
 from bipot.scene.scene import Scene
+from bipot.system import System
 from bipot.traction import contact_edges
 from bipot.typing import Floats, einsum
 from studies.recovered import consistent_tractions

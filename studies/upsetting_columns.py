@@ -12,9 +12,9 @@ import numpy as np
 from bipot.contact.closeness import carries
 from bipot.control.accepted import Accepted
 from bipot.fem.kinematics import gradients
-from bipot.increment import System
 from bipot.results import columns
 from bipot.results.columns import Column
+from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats
 

@@ -12,7 +12,6 @@ from bipot.control.accepted import Accepted
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Form, Newton, Tangent
-from bipot.increment import System
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -28,6 +27,7 @@ from bipot.response import TangentKind
 from bipot.scene.loads import Load
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
+from bipot.system import System
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 

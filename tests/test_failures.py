@@ -8,7 +8,7 @@ import pytest
 
 from bipot.checks import refusals
 from bipot.checks.diagnosis import cornered
-from bipot.checks.free import free_motion
+from bipot.checks.free import free
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
@@ -63,7 +63,8 @@ def last_words(scene, control=CUT_ONCE):
 
 def unloaded(system):
     """How the system at rest may move where no load pushes it."""
-    return free_motion(system, system.rest(), np.zeros_like(system.rest().nodes))
+    v = free(Increment(system, system.rest(), 0.0), np.zeros_like(system.rest().nodes))
+    return None if v is None else system.body.space.spread(v)
 
 
 def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):

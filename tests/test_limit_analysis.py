@@ -113,11 +113,11 @@ def test_the_program_is_that_of_another_writing(mu):
     assert limit_load(scene).multiple == pytest.approx(2.0 * least.value, rel=1e-6)
 
 
-def refused_before_the_basis(program, solver, accuracy):
+def refused_before_the_basis(program):
     """As :meth:`LimitProgram.motion`, which does not take rows of volumes."""
     if program.model.volumetric.shape[0]:
         raise ProgramError("not today")
-    return SPARSE(program, solver, accuracy)
+    return SPARSE(program)
 
 
 SPARSE = LimitProgram.motion
@@ -141,8 +141,8 @@ def test_a_basis_of_motions_that_keep_the_volume_has_the_same_limit_load(make, m
 def test_an_answer_that_changes_the_volume_a_little_is_corrected(volume, monkeypatch):
     """Interior points may end a little outside the bound: the nearest motion that keeps the volume is as good."""
 
-    def disturbed(program, solver, accuracy):
-        v = SPARSE(program, solver, accuracy)
+    def disturbed(program):
+        v = SPARSE(program)
         return v + 1e-8 * np.abs(v).max() * np.random.default_rng(1).standard_normal(v.shape)
 
     scene = strip(mesh=block(4.0, 1.0, 8, 4, element=Element.Q8), quadrature=Quadrature.GAUSS2, volume=volume)

@@ -86,8 +86,8 @@ def scales(scene: Scene):
     """What balances forces against motions at the contacts of a scene at rest."""
     system = system_of(scene)
     cache = Cache()
-    setup, frames = cache.newton(Increment(system, system.rest(), 1.0).at(np.zeros(system.body.space.size)))
-    return setup.scale(frames)
+    iterate = Increment(system, system.rest(), 1.0).at(np.zeros(system.body.space.size))
+    return cache.setup(iterate).scale(cache.frames(iterate.rows, iterate))
 
 
 @pytest.mark.parametrize("scene", [ball, ring])

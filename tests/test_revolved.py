@@ -238,6 +238,7 @@ def test_who_comes_out_on_another_side_crossed_and_who_slides_or_grazes_did_not(
         (lambda: Revolved(Circle((0.5, 0.0), 1.0), POINT, AXIS), "revolved.meridian"),
         (lambda: Revolved(Plane((1.0, 0.0), (0.6, 0.8)), POINT, AXIS), "revolved.meridian"),
         (lambda: Revolved(Plane((-1.0, 0.0), (1.0, 0.0)), POINT, AXIS), "revolved.meridian"),
+        (lambda: Revolved(Plane((0.0, 0.0), (0.6, 0.8)), POINT, AXIS), "revolved.meridian"),
         (lambda: Revolved(wedge((0.1, 0.0), 30.0, 1.0), POINT, AXIS), "revolved.meridian"),
         (lambda: Revolved(sphere(POINT, 1.0), POINT, AXIS), "revolved.meridian"),
         (lambda: Revolved("ball", POINT, AXIS), "revolved.meridian"),  # type: ignore[arg-type]
@@ -259,6 +260,14 @@ def test_who_comes_out_on_another_side_crossed_and_who_slides_or_grazes_did_not(
 )
 def test_what_is_no_surface_of_revolution_is_refused_by_name(make, field):
     refused(make, field)
+
+
+@pytest.mark.parametrize("unit", [1e3, 1.0, 1e-3, 1e-9])
+def test_round_off_of_a_meridian_counts_alike_in_all_units(unit):
+    """A cylinder's line that is tilted by 1e-8, and a tip that is off the axis by 2e-12, in units of any length."""
+    Revolved(Plane((10 * unit, 0.0), (1.0, 1e-8)), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    pointed = Profile(((3 * unit, 4 * unit), (2e-12 * unit, unit), (-3 * unit, 4 * unit)))
+    assert len(Revolved(pointed, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)).tips().radius) == 1
 
 
 def test_lines_are_on_the_surface_and_all_around_it():

@@ -1,5 +1,7 @@
 """Motions without strain that few integration points leave are refused; elements beside each other have none."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -27,7 +29,7 @@ from bipot import (
 )
 from bipot.fem.elements import RULES
 from bipot.fem.projection import VOLUMES
-from bipot.fem.strainless import all_strained, alone, strainless
+from bipot.fem.strainless import Held
 from bipot.scene.holding import Holding
 
 RUBBER = Elastic(Elasticity(1e3, 0.3))
@@ -171,11 +173,11 @@ def test_a_cantilever_of_single_elements_bends_as_a_beam_by_the_rule_that_sees_i
 def test_no_motion_is_without_strain_where_elements_are_beside_each_other(mesh, far):
     """So that nothing is factorised for them where a scene is made."""
     mesh = moved(mesh, far)
-    assert not alone(mesh).any()
     holding = Holding.of((Support("base", 2),), mesh)
+    held = Held(mesh, Geometry.SOLID, holding.numbers, holding.axes)
+    assert not replace(held, numbers=holding.numbers[:0]).alone.any()
     for volume in {VOLUMES[mesh.element][0], VolumeChange.AS_IS}:
-        at = mesh, Geometry.SOLID, RULES[mesh.element][0], volume, holding.numbers, holding.axes
-        assert all_strained(*at, np.arange(len(mesh.elements)), least=5e-3)
+        assert held.all_strained(RULES[mesh.element][0], volume, np.arange(len(mesh.elements)), least=5e-3)
 
 
 def test_a_slice_of_a_thin_ring_is_taken():
@@ -198,8 +200,9 @@ def test_a_row_that_planes_of_symmetry_hold_is_taken():
     Scene(ROW, Geometry.SOLID, RUBBER, CUT)
     holding = Holding.of(CUT, ROW)
     asked = Quadrature.GAUSS2, VolumeChange.P1
-    assert not strainless(ROW, Geometry.SOLID, *asked, holding.numbers, holding.axes).size
-    assert strainless(ROW, Geometry.SOLID, *asked, holding.numbers[:0], holding.axes).size == 4
+    held = Held(ROW, Geometry.SOLID, holding.numbers, holding.axes)
+    assert not held.strainless(*asked).size
+    assert replace(held, numbers=holding.numbers[:0]).strainless(*asked).size == 4
 
 
 def test_a_ring_of_two_triangles_with_middles_at_one_height_is_refused():

@@ -34,7 +34,7 @@ from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Iterate
 from bipot.laws.projections import unit
-from bipot.programs.data import Block, ContactRows, Term, rows_of
+from bipot.programs.data import Block, ContactRows, Term
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, einsum, max_abs
 
@@ -182,8 +182,7 @@ def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
 def branches(iterate: Iterate, r: Floats) -> bool:
     """Whether other solutions may branch off: the tangent's symmetric part has a negative pivot (module docstring)."""
     rows, active = iterate.rows, Active.of(iterate, r)
-    held = rows_of(rows.G_t, _slips(rows, active.sticking))
-    stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
+    stopped = sp.vstack([rows.take(active.closed).G_n, rows.take(active.sticking).G_t])
     K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
     stiff = STIFF * max_abs(K.diagonal())
     return not definite(sp.csc_matrix(K + stiff * (stopped.T @ stopped)))
@@ -220,22 +219,14 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
 
 
 def _rigid(iterate: Iterate) -> Floats:
-    """Motions (n, m) without strain: rigid motions of the body at the start that supports allow, and driven tools'."""
-    increment = iterate.increment
-    rigid = increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
-    # Coordinates of driven tools are the last unknowns.
-    count, driven = len(rigid), len(iterate.translated)
-    return np.hstack([rigid, np.eye(count, driven, k=driven - count)])
+    """Motions (n, m) without strain where unknowns are counted from, in the configuration x = 0."""
+    system = iterate.increment.system
+    return system.strainless_at(system.body.scene.origin(iterate.increment.start.nodes))
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:
     """Rigid motions (n, m), orthonormal if ``rigid`` are, that the ``active`` contacts do not stop."""
     return rigid @ null_space(active.stopped(rows, rigid), rcond=RANK)
-
-
-def _slips(rows: ContactRows, chosen: Bools) -> Bools:
-    """Which rows of G_t belong to the chosen candidates (c,)."""
-    return np.repeat(chosen[rows.frictional], rows.tangents)
 
 
 def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
@@ -247,9 +238,8 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
     pushing, forbidden = list[Floats](), list[Floats]()
     by_push, by_motion = list[int](), list[int]()
     for c in np.flatnonzero(active.closed & here).tolist():
-        alone = np.arange(rows.count) == c
-        normal = rows_of(rows.G_n, alone).toarray()
-        tangents = rows_of(rows.G_t, _slips(rows, alone)).toarray()
+        alone = rows.take(np.arange(rows.count) == c)
+        normal, tangents = alone.G_n.toarray(), alone.G_t.toarray()
         stops = np.vstack([normal, tangents[tangents.any(axis=1)]]) if active.still[c] else normal
         pushes = stops
         if not active.still[c] and len(tangents):

@@ -5,8 +5,6 @@ At a sharp corner of a tool the law has no unique normal, and the body may have 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from bipot.certificate import Bounds
@@ -81,7 +79,7 @@ def _unheld(increment: Increment) -> str | None:
     """A body that is free to move, unless its loads press it back, or friction holds what they push."""
     system, state = increment.system, increment.start
     forces = system.loading.forces(state.nodes, increment.tau)
-    v = free(system, state, forces)
+    v = free(increment, forces)
     if v is None:
         return None
     motion = system.body.space.spread(v)
@@ -99,9 +97,9 @@ def _aloft(increment: Increment) -> str | None:
     """A tool that a moment turns in the air, where its path does not bring it to the body."""
     scene, gap = increment.system.body.scene, np.minimum(increment.rows.gap, increment.start.gap)
     for k, tool in enumerate(scene.tools):
-        if tool.turn is None or tool.turn.driven_by is None or tool.driven_by is not None:
+        if tool.turned_by is None or tool.driven_by is not None:
             continue
-        moment = tool.turn.driven_by.at(increment.tau)
+        moment = tool.turned_by.at(increment.tau)
         if moment != 0 and not touches(gap[increment.system.candidates.tool == k], scene.size).any():
             return (
                 f"tools[{k}] touches nothing that would hold its moment of {moment:.4g}: "
@@ -152,7 +150,7 @@ def _spun(increment: Increment) -> str | None:
     drives, tau = scene.drives, increment.tau
     if not drives.spins.any():
         return None
-    here = replace(increment, tau=state.tau).at(np.zeros(increment.size))
+    here = increment.unmoved.at(np.zeros(increment.size))
     levers = _levers(contacts, here)
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)

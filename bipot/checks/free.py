@@ -8,8 +8,6 @@ program says which contacts a motion in it can open.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.linalg import null_space
 
@@ -17,60 +15,59 @@ from bipot.basics.nonnegative import nonnegative
 from bipot.checks.determinacy import ROUND_OFF, cleaned
 from bipot.checks.opening import openable
 from bipot.iterate import Increment
-from bipot.response import State
+from bipot.programs.data import ContactRows
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats, max_abs, vdot
 
 
-def free_motion(system: System, state: State, forces: Floats) -> Floats | None:
-    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known.
+def free(increment: Increment, forces: Floats) -> Floats | None:
+    """A motion of the unknowns (n,) that nothing could prevent at the increment's start, None if none is known.
 
-    Of a body under loads, nodal ``forces`` (a, d), it is one that they push, unless friction is capped. Contacts with
-    friction do not slip in it, and all of them open or none changes.
+    Its largest nodal displacement is 1. Of a body under loads, nodal ``forces`` (a, d), it is one that they push,
+    unless friction is capped. Contacts with friction do not slip in it, and all of them open or none changes.
     """
-    v = free(system, state, forces)
-    return None if v is None else system.body.space.spread(v)
-
-
-def free(system: System, state: State, forces: Floats) -> Floats | None:
-    """The motion of :func:`free_motion` on the unknowns (n,)."""
-    space = system.body.space
-    rigid = system.rigid_at(state.nodes)
-    rows = Increment(system, state, state.tau).rows
-    normal, rubbing = cleaned(rows.G_n @ rigid, rigid), rows.rubs
-    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
+    system, rows = increment.system, increment.unmoved.rows
+    rigid = system.rigid_at(increment.start.nodes)
+    normal, tangent = cleaned(rows.G_n @ rigid, rigid), np.zeros((rows.count, rows.tangents, rigid.shape[1]))
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
     # These motions leave all contacts as they are and are free in both directions.
-    still = null_space(np.vstack([normal, *tangent[rubbing]]), rcond=ROUND_OFF)
-    push = np.array([vdot(forces, space.spread(way)) for way in rigid.T])
+    still = null_space(np.vstack([normal, *tangent[rows.rubs]]), rcond=ROUND_OFF)
+    push = np.array([vdot(forces, system.body.space.spread(way)) for way in rigid.T])
     if max_abs(push @ still) > ROUND_OFF * float(np.linalg.norm(forces)):
         return _of_length_one(system, rigid @ still @ (push @ still))
     if forces.any() and not rows.capped:
         # Where a contact with friction stays closed, bipot.limit_analysis.collapse decides on all motions by a proof.
-        basis = null_space(np.vstack([normal[rows.tied], *tangent[rubbing]]), rcond=ROUND_OFF)
+        basis = null_space(np.vstack([normal[rows.tied], *tangent[rows.rubs]]), rcond=ROUND_OFF)
         v = basis @ _along(push @ basis, normal @ basis)
-        stays = rubbing & (normal @ v <= ROUND_OFF * norm(v))
+        stays = rows.rubs & (normal @ v <= ROUND_OFF * norm(v))
         return None if stays.any() else _of_length_one(system, rigid @ v)
-    # Welds neither open nor slip.
-    basis = null_space(np.vstack([normal[rows.tied], *tangent[rows.tied & rubbing]]), rcond=ROUND_OFF)
-    rubbing = rubbing & ~rows.tied
-    while True:
-        if (found := openable(normal @ basis)) is None:
-            return None
+    if (found := _opening(rows, normal, tangent)) is None:
+        return None
+    opened, basis = found
+    if opened is not None:
+        return _of_length_one(system, rigid @ basis @ opened)
+    v = rigid @ basis @ null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
+    motion = system.body.space.spread(v)
+    # Where nothing opens, the motion is free in both directions, and the largest component is made positive.
+    return _of_length_one(system, -v if motion.flat[np.abs(motion).argmax()] < 0 else v)
+
+
+def _opening(rows: ContactRows, normal: Floats, tangent: Floats) -> tuple[Floats | None, Floats] | None:
+    """The motion v (b,) that opens all contacts it can, None where none opens, in a basis (m, b); None if unknown.
+
+    In motions of the basis welds neither open nor slip, and no contact slips that stays closed.
+    """
+    basis = null_space(np.vstack([normal[rows.tied], *tangent[rows.tied & rows.rubs]]), rcond=ROUND_OFF)
+    rubbing = rows.rubs & ~rows.tied
+    while (found := openable(normal @ basis)) is not None:
         opened, v = found
         closed = rubbing & ~opened
         if not closed.any():
-            break
+            return v if opened.any() else None, basis
         slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
         basis, rubbing = basis @ null_space(slips, rcond=ROUND_OFF), rubbing & opened
-    if not opened.any():
-        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
-    v = rigid @ basis @ v
-    motion = space.spread(v)
-    # Where nothing opens, the motion is free in both directions, and the largest component is made positive.
-    back = not opened.any() and motion.flat[np.abs(motion).argmax()] < 0
-    return _of_length_one(system, -v if back else v)
+    return None
 
 
 def _along(push: Floats, normal: Floats) -> Floats:
@@ -96,7 +93,7 @@ def rubs(increment: Increment, v: Floats) -> bool:
 
     Forces in Coulomb's cone can work against a motion that opens a contact by less than mu times its slip.
     """
-    rows = replace(increment, tau=increment.start.tau).rows
+    rows = increment.unmoved.rows
     opens, slips = rows.G_n @ v, np.zeros(rows.count)
     slips[rows.frictional] = norm((rows.G_t @ v).reshape(rows.slip.shape))
     held = ~rows.tied & (slips > ROUND_OFF)

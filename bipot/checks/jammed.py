@@ -38,22 +38,27 @@ def jammed(increment: Increment) -> str | None:
     contacts = increment.system.candidates
     first = contacts.parts.first
     normal, motion = increment.tools.frames[first, 0], increment.tools.swept(increment.tools.path)[first]
-    found = _Pushed(increment, normal / norm(normal)[:, None], motion + increment.tools.travel[contacts.tool])
     by_path = ~np.isin(contacts.tool, increment.system.body.scene.drives.tool)
-    return found.welded_in(by_path) or found.rubbed(by_path) or found.rubbed_in_supports(by_path)
+    motion = motion + increment.tools.travel[contacts.tool]
+    found = _Pushed(increment, normal / norm(normal)[:, None], motion, by_path)
+    return found.welded_in() or found.rubbed() or found.rubbed_in_supports()
 
 
 class _Pushed(NamedTuple):
-    """The candidates (c,) of an ``increment``, where their tools have a ``normal`` (c, d) and go ``motion`` (c, d)."""
+    """The candidates (c,) of an ``increment``, where their tools have a ``normal`` (c, d) and go ``motion`` (c, d).
+
+    Those of tools that go ``by_path`` (c,) are judged.
+    """
 
     increment: Increment
     normal: Floats
     motion: Floats
+    by_path: Bools
 
-    def rubbed(self, chosen: Bools) -> str | None:
-        """The sentence on one of the ``chosen`` (c,) that friction of two tools holds."""
+    def rubbed(self) -> str | None:
+        """The sentence on a node that friction of two tools holds."""
         contacts = self.increment.system.candidates
-        for node, c, other in self._pairs(self._rubs(chosen)):
+        for node, c, other in self._pairs(self._rubs()):
             between = _between(*self.normal[[c, other]])
             held = between <= float(np.arctan(contacts.mu[[c, other]]).sum())
             if held and _close(self.normal[[c, other]], self.motion[[c, other]]):
@@ -65,13 +70,13 @@ class _Pushed(NamedTuple):
                 )
         return None
 
-    def rubbed_in_supports(self, chosen: Bools) -> str | None:
-        """The sentence on one of the ``chosen`` (c,) that friction of a tool holds against supports of its node."""
+    def rubbed_in_supports(self) -> str | None:
+        """The sentence on a node that friction of a tool holds against supports of it."""
         contacts, holding = self.increment.system.candidates, self.increment.system.body.scene.holding
         sides = np.where(holding.held, -1.0, 1.0)[contacts.node]
         beyond = self.motion - self.increment.tools.driven[contacts.node]
         normal, motion = (holding.axes.at(contacts.node, vectors) for vectors in (self.normal, beyond))
-        for c in np.flatnonzero(self._rubs(chosen) & (sides < 0).any(axis=1)).tolist():
+        for c in np.flatnonzero(self._rubs() & (sides < 0).any(axis=1)).tolist():
             normals, motions = (np.array([real[c], sides[c] * real[c]]) for real in (normal, motion))
             most, mu = float(np.tan(_between(*normals) / 2)), float(contacts.mu[c])
             # If the tool comes straight along the held directions, less friction would not help.
@@ -83,17 +88,17 @@ class _Pushed(NamedTuple):
                 )
         return None
 
-    def _rubs(self, chosen: Bools) -> Bools:
-        """Those of the ``chosen`` (c,) that are at hand and have friction by Coulomb's law alone."""
+    def _rubs(self) -> Bools:
+        """Those judged (c,) that are at hand and have friction by Coulomb's law alone."""
         contacts = self.increment.system.candidates
-        rubs = chosen & _at_hand(self.increment) & np.isfinite(contacts.mu) & (contacts.mu > 0)
+        rubs = self.by_path & _at_hand(self.increment) & np.isfinite(contacts.mu) & (contacts.mu > 0)
         return rubs & np.isinf(contacts.shear)
 
-    def welded_in(self, chosen: Bools) -> str | None:
-        """The sentence on one of the ``chosen`` (c,) that a weld takes into another tool."""
+    def welded_in(self) -> str | None:
+        """The sentence on a node that a weld takes into another tool."""
         contacts, size = self.increment.system.candidates, self.increment.system.body.scene.size
         tied = contacts.welded & self.increment.tools.closed
-        for node, *pair in self._pairs(chosen) if tied.any() else ():
+        for node, *pair in self._pairs(self.by_path) if tied.any() else ():
             for c, other in (pair, pair[::-1]):
                 if tied[c] and (depth := self._depth(c, other)) > CLOSES * size:
                     return (

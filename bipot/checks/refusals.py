@@ -64,7 +64,7 @@ def _refuse_runaway(iterate: Iterate) -> None:
     """Refuse a motion so long that its round-off hides every strain."""
     body = iterate.increment.system.body
     size, moved = body.scene.mesh.size, float(norm(iterate.response.du).max())
-    allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
+    allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.tools.driven).max()))
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
@@ -114,7 +114,7 @@ def _refuse_between(iterate: Iterate) -> None:
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     for k, tool in enumerate(scene.tools):
         start, poses = increment.start.nodes, np.stack([increment.tools.placed[k], iterate.placed[k]])
-        passed = scene.surroundings.between(tool, start, start + iterate.response.du, poses)
+        passed = scene.surroundings.between(tool, start, iterate.nodes, poses)
         if passed is not None:
             one, other = passed
             said = f"tools[{k}] comes into the body between nodes {one} and {other}"
@@ -123,8 +123,7 @@ def _refuse_between(iterate: Iterate) -> None:
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
     """Refuse tools deep in an edge of which no node is in a weighted mean that touches them, as at a corner."""
-    increment, contacts = iterate.increment, iterate.increment.system.candidates
-    nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
+    contacts, nodes, scene = iterate.increment.system.candidates, iterate.nodes, iterate.increment.system.body.scene
     carrying, weights = carries(r), abs(contacts.means.weights)
     for k, tool in enumerate(scene.tools):
         if tool.sampling is not Sampling.WEIGHTED:
@@ -142,11 +141,10 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
 
 def _refuse_image(iterate: Iterate) -> None:
     """Refuse bodies in the mirror image of a tool that a plane of symmetry does not cut, which is not in the scene."""
-    increment, scene = iterate.increment, iterate.increment.system.body.scene
-    nodes = increment.start.nodes + iterate.response.du
+    scene = iterate.increment.system.body.scene
     for plane in scene.planes:
         for k, tool in enumerate(scene.tools):
-            depth = image_depth(plane, scene.mesh, tool, nodes, iterate.placed[k])
+            depth = image_depth(plane, scene.mesh, tool, iterate.nodes, iterate.placed[k])
             if depth > TOUCHES * scene.size:
                 said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
                 raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")
@@ -154,8 +152,7 @@ def _refuse_image(iterate: Iterate) -> None:
 
 def _refuse_itself(iterate: Iterate) -> None:
     """Refuse bodies that go through themselves or their mirror images, with which there is no contact."""
-    increment = iterate.increment
-    found = increment.system.body.scene.itself.through(increment.start.nodes + iterate.response.du)
+    found = iterate.increment.system.body.scene.itself.through(iterate.nodes)
     if found is not None:
         said = f"the body goes through itself: {found}"
         raise Refused(said, "End the path before: contact is known with tools alone.")

@@ -164,16 +164,14 @@ class Candidates:
     @cached_property
     def _bent(self) -> Bent:
         shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
-        node = np.asarray(self.met.weights.indices, np.intp)
-        return Bent.of(self.scene.mesh, node, shaped[self.tool[self.parts.owner]])
+        return Bent.of(self.scene.mesh, self.met.nodes, shaped[self.tool[self.parts.owner]])
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) that involve the coordinates of curved tools that are driven.
 
         They are to be subtracted; in the order of the space they come after the entries of elements.
         """
-        node = np.asarray(self.met.weights.indices, np.intp)
-        return self._pairs.matrices(self.tool[self.parts.owner], node, meeting, self.parts.spread(r)).ravel()
+        return self._pairs.matrices(self.tool[self.parts.owner], self.met.nodes, meeting, self.parts.spread(r)).ravel()
 
     @cached_property
     def _pairs(self) -> Pairs:

@@ -70,6 +70,11 @@ class Means:
         """The candidate (w,) of each entry of the weights."""
         return np.repeat(np.arange(self.count), np.diff(self.weights.indptr))
 
+    @cached_property
+    def nodes(self) -> Ints:
+        """The node (w,) of each entry of the weights."""
+        return np.asarray(self.weights.indices, np.intp)
+
     def apart(self) -> Means:
         """The nodes (w,) of these means one by one, in the order of the weights' entries."""
         count = len(self.owner)
@@ -90,7 +95,7 @@ class Means:
 
 @dataclass(frozen=True, kw_only=True)
 class Operator:
-    """Rows sum_k D_k direction_k . (dU_k - dU_tool) of m candidates, with ``weights`` D and a direction per entry of D.
+    """Rows sum_k D_k direction_k . (dU_k - dU_tool) of m ``means``, with a direction per entry of their weights D.
 
     Columns are the unknowns (n,) of the ``space``; held nodes and tools' paths are not among them. A row has an entry
     for each coordinate of its tool that ``drives`` move: l in all, for ``coordinate`` (l,). Such an entry sums over the
@@ -100,7 +105,7 @@ class Operator:
 
     space: Space
     drives: Drives
-    weights: sp.csr_matrix
+    means: Means
     coordinate: Ints
     seen: Ints
     led: Ints
@@ -114,14 +119,14 @@ class Operator:
         weights, m, d = means.weights, means.count, space.mesh.dimension
         coordinate, rows = np.nonzero(sees)
         row = np.concatenate([np.repeat(means.owner, d), rows])
-        moved = space.position[d * weights.indices[:, None] + np.arange(d)].ravel()
+        moved = space.position[d * means.nodes[:, None] + np.arange(d)].ravel()
         column = np.concatenate([moved, len(space.free) + coordinate])
         order = np.lexsort((column, row))
         chosen = order[column[order] >= 0]
         return Operator(
             space=space,
             drives=drives,
-            weights=weights,
+            means=means,
             coordinate=coordinate,
             seen=_entries(weights, rows),
             led=np.repeat(np.arange(len(rows)), np.diff(weights.indptr)[rows]),
@@ -132,11 +137,11 @@ class Operator:
 
     def matrix(self, direction: Floats, arm: Floats) -> sp.csr_matrix:
         """Rows (m, n) along ``direction`` (w, d), with the ``arm`` (w, d) on the tool; zeros are stored like others."""
-        data, seen = self.weights.data, self.seen
+        data, seen = self.means.weights.data, self.seen
         gone = self.drives.motion(self.coordinate[self.led], arm[seen])
         by_tool = -np.bincount(self.led, data[seen] * np.vecdot(direction[seen], gone), len(self.coordinate))
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
-        along = self.space.axes.at(np.asarray(self.weights.indices, np.intp), direction)
+        along = self.space.axes.at(self.means.nodes, direction)
         entries = np.concatenate([(data[:, None] * along).ravel(), by_tool])
         shape = len(self.indptr) - 1, self.space.size
         return sp.csr_matrix((entries[self.chosen], self.indices, self.indptr), shape=shape)

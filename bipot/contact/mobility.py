@@ -39,9 +39,9 @@ HELD = 1e-12
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether a node of each point (p, d), or the tool of that ``number``, can move, as in :func:`movable`."""
-    owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
+    means = Means(own.weights)
     out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
-    np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
+    np.logical_or.at(out, means.owner, movable(scene, number, means.nodes))
     return out
 
 
@@ -123,7 +123,8 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     drive ever changes its gap to them: at rest it may be apart from them, or move along their tangent.
     """
     tool, holding = scene.tools[number], scene.holding
-    along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
+    along, arm = _at_rest(scene, number, nodes), tool.arm(scene.mesh.nodes[nodes], scene.at_rest[number])
+    led = scene.drives.along(number, arm)
     driven = (np.abs(einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
     moves = np.stack([holding.free_along(nodes, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
     if not tool.flat:
@@ -137,20 +138,13 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     return moves
 
 
-def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
-    """Motion (m, a, d) of the tool of that ``number`` at nodes (a,) by each of its driven coordinates, at rest."""
-    drives, x = scene.drives, scene.mesh.nodes[nodes]
-    driven, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
-    return drives.motion(np.repeat(driven[:, None], len(x), axis=1), np.broadcast_to(arm, (len(driven), *x.shape)))
-
-
 def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
     """Whether the drive of the curved tool of that ``number`` ever changes its gap to nodes (a,).
 
     A force does; so does a moment unless the surface is centred on the turn.
     """
     tool, x = scene.tools[number], scene.mesh.nodes[nodes]
-    if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:
+    if tool.driven_by is not None or tool.turn is None or tool.turned_by is None:
         return np.full(len(nodes), tool.driven_by is not None)
     poses = np.zeros((len(ANGLES), pose_size(x.shape[1])))
     poses[:, x.shape[1] :] = np.outer(ANGLES, tool.turn.about)
@@ -189,8 +183,7 @@ def along_what_is_held(frames: Floats, means: Means, holding: Holding) -> Floats
 
 def _left(means: Means, holding: Holding) -> Floats:
     """S (sum_a P_a) S (c, 3, 3) of the candidates (module docstring)."""
-    axes = np.tile(np.eye(3), (len(holding.held), 1, 1))
-    axes[holding.axes.nodes] = holding.axes.rows
+    axes = holding.axes.frames(len(holding.held), 3)
     nodal = einsum("aij,ai,aik->ajk", axes, ~holding.held, axes)
     pattern = means.weights.copy()
     pattern.data[:] = 1.0

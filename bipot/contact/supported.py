@@ -9,7 +9,6 @@ import numpy as np
 from bipot.contact.candidates import ROUND_OFF, Candidates
 from bipot.contact.closeness import TOUCHES, touches
 from bipot.laws.projections import unit
-from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.surfaces import across
 from bipot.tools.tool import Tool
@@ -100,7 +99,8 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
         return int(candidates.node[np.argmax(off_weld)])
     for k, (tool, held) in enumerate(zip(candidates.scene.tools, candidates.held, strict=True)):
         apart = norm(_across(tool, driven[held] - start.gone(tool, k, held))) > TOUCHES * size
-        apart |= _drawn(candidates.scene, k, start, held)
+        ways = candidates.scene.drives.along(k, tool.arm(start.nodes[held], start.placed[k]))
+        apart |= (norm(ways) > ALIGNED).any(axis=0)
         near = touches(tool.distance(start.nodes[held], start.placed[k]), size)
         if tool.welded and (apart & near).any():
             return int(held[apart & near][0])
@@ -117,22 +117,14 @@ def _led_off(candidates: Candidates, start: Touching, driven: Floats) -> Bools:
     for k, (tool, points) in enumerate(zip(scene.tools, candidates.points, strict=True)):
         own = candidates.tool == k
         gone[own] = start.gone(tool, k, node[own])
-        led[own] = not (points.weighted or tool.driven_by or (tool.turn and tool.turn.driven_by))
+        led[own] = not (points.weighted or tool.driven_by or tool.turned_by)
     off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - gone), 0.0)
     return led & (norm(off) > ALIGNED * (norm(gone) + norm(driven[node])))
 
 
-def _drawn(scene: Scene, number: int, start: Touching, nodes: Ints) -> Bools:
-    """At which ``nodes`` (n,) a force or a moment moves the points of the tool of that ``number``."""
-    drives, own = scene.drives, np.flatnonzero(scene.drives.tool == number)
-    arm = scene.tools[number].arm(start.nodes[nodes], start.placed[number])
-    ways = drives.motion(np.repeat(own[:, None], len(nodes), axis=1), np.broadcast_to(arm, (len(own), *arm.shape)))
-    return np.asarray((norm(ways) > ALIGNED).any(axis=0))
-
-
 def _across(tool: Tool, motion: Floats) -> Floats:
     """The part of motions (…, d) that is not along a free coordinate of a driven tool."""
-    if tool.turn is not None and tool.turn.driven_by is not None:
+    if tool.turned_by is not None:
         return np.zeros_like(motion)
     if tool.driven_by is None:
         return motion

@@ -79,6 +79,11 @@ class Accepted:
         """Recovered tractions and status of all candidates, on the configuration of equilibrium."""
         return traction(self.solved.iterate, self.solved.r)
 
+    @property
+    def poses(self) -> Floats:
+        """Pose (k, p) of each tool (:mod:`bipot.tools.poses`)."""
+        return self.scene.placed(self.state.tau, self.state.translation)
+
     def tool_pose(self, tool: int) -> Floats:
         """Pose (3,) of a tool, in space (6,): displacement since rest, of its centre where it turns, and rotation.
 
@@ -86,7 +91,7 @@ class Accepted:
             SceneError: ``tool`` is not the number of a tool.
         """
         self._require_tool(tool)
-        return self.scene.placed(self.state.tau, self.state.translation)[tool]
+        return self.poses[tool]
 
     def tool_moment(self, tool: int) -> float:
         """Moment of a turning tool on the whole body, about its centre or axis, anticlockwise; 0 if it does not turn.

@@ -5,7 +5,8 @@ Neither plastic flow nor friction may dissipate a negative energy in a solution 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -45,45 +46,68 @@ def attempt_increment(
     all forms are tried once, and with other flow the first such solution ends it. For ``largest`` see
     :func:`~bipot.increment.solve_increment`.
     """
-    ends_if_inadmissible = halves
+    forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
+    refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
+    return carry_on(increment, partial(forms.solve, increment), refused, control.integration is Integration.BDF2)
 
-    def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
-        nonlocal ends_if_inadmissible
-        passes, failures, last, strayed, spared = 0, list[Reason](), None, False, False
+
+@dataclass
+class _Counted:
+    """An observer that counts the ``passes`` that it shows to another."""
+
+    observe: Observer
+    passes: int = 0
+
+    def __call__(self, trial: Trial) -> None:
+        self.passes += 1
+        self.observe(trial)
+
+
+@dataclass
+class _Forms:
+    """The forms of a ``control``, tried in turn as :func:`attempt_increment` says, whose arguments are the fields."""
+
+    control: Control
+    cache: Cache
+    largest: float
+    observe: Observer
+    sparing: bool
+    ends_if_inadmissible: bool
+
+    def solve(self, increment: Increment, begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
+        """The attempt at the ``increment`` from the state ``begun`` (:data:`bipot.control.carrying.Solve`)."""
+        increment, limits, count = replace(increment, start=begun), self.control.limits, _Counted(self.observe)
+        failures, strayed, spared = list[Reason](), False, False
+        last: Exception | None = None
         inadmissible: Exception | None = None
-        begun_increment = replace(increment, start=begun)
-
-        def count(trial: Trial) -> None:
-            nonlocal passes
-            passes += 1
-            observe(trial)
-
-        for form in control.forms:
-            if sparing and form.name is FormName.DISSIPATION and isinstance(last, STRAYED):
+        for form in self.control.forms:
+            if self.sparing and form.name is FormName.DISSIPATION and isinstance(last, STRAYED):
                 spared = True
                 continue
             try:
-                solved = solve_increment(begun_increment, form, control.limits, cache, largest, count, near_to, leave)
+                solved = solve_increment(increment, form, limits, self.cache, self.largest, count, near_to, leave)
             except LeftOff as left:
-                return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
+                return Attempt(None, form.name, count.passes, tuple(failures), strayed=strayed, left=left.near)
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
                 if isinstance(failure, INADMISSIBLE):
                     inadmissible = failure
-                    if ends_if_inadmissible:
-                        return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
+                    if self.ends_if_inadmissible:
+                        return Attempt(None, form.name, count.passes, tuple(failures), last, strayed, refused=True)
             else:
-                return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
-        ends_if_inadmissible |= isinstance(last, INADMISSIBLE)
-        decisive = inadmissible or last
-        return Attempt(None, control.forms[-1].name, passes, tuple(failures), decisive, strayed, spared=spared)
+                return Attempt(solved, form.name, count.passes, tuple(failures), strayed=strayed)
+        self.ends_if_inadmissible |= isinstance(last, INADMISSIBLE)
+        name, why = self.control.forms[-1].name, inadmissible or last
+        return Attempt(None, name, count.passes, tuple(failures), why, strayed, spared=spared)
 
-    def refused(solved: Solved) -> Reason | None:
-        dissipation = Dissipated.of(increment.start, solved)
-        return dissipation.negative(control.limits.bounds.relative_gap, friction=solved.posed is None)
 
-    return carry_on(increment, solve, refused, control.integration is Integration.BDF2)
+def _refused(start: State, margin: float, solved: Solved) -> Reason | None:
+    """Why the increment ``solved`` from ``start`` dissipates a negative energy beyond ``margin``, None if it does not.
+
+    Friction by a penalised law may.
+    """
+    return Dissipated.of(start, solved).negative(margin, friction=solved.posed is None)
 
 
 class Dissipated(NamedTuple):

@@ -84,14 +84,12 @@ class Course:
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
         start, state, quicker = self.state, advance(self.state, solved), solved.iterate.increment.past.quicker
-        return Course(
+        return replace(
+            self.scheduled(),
             state=state,
             number=self.number + 1,
             energies=self.energies.after(start, state, solved),
             largest=max(self.largest, max_abs(state.forces)),
-            size=math.nan,
-            uncut=math.nan,
-            landed=np.zeros_like(self.landed),
             before=self.before.next(start).at_pace(quicker, start.tau),
             proposed=proposed,
         )

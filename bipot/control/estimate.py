@@ -50,13 +50,15 @@ accuracy on the paper's mesh; it is less on coarse meshes, where errors cancel (
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from bipot.advance import Advance
-from bipot.control.lag import lag
+from bipot.control.lag import Lag, lag
 from bipot.control.yielding import follows_yield, is_past_yield, is_strained, strain_of, yield_strain
+from bipot.fem.kinematics import Kinematics
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -88,127 +90,181 @@ PARTS = 8
 
 def error_estimate(start: State, solved: Solved) -> float:
     """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
-    increment, response = solved.iterate.increment, solved.response
-    kin, sigma = response.kinematics, response.returned.stress
-    first, flows = _is_first(increment), bool(response.returned.plastic.any())
-    # Where nothing flows the stresses differ by round-off, which may be all that an unloaded body has left.
-    euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
-    power = kin.volume * np.abs(np.vecdot(sigma, kin.strain))
-    taken = float(power.sum())
-    missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
-    friction = lag(start, solved)
-    gathered = (missed / 2 / (taken + friction.friction) if taken > 0 else 0.0) + _strained(solved, power)
-    lagging = 0.0 if first else friction.share(taken)
-    yields, stored_tells = flows and is_strained(solved), increment.start.length == 0 and not increment.loads.changes
-    if is_past_yield(increment):
-        if first:
-            return GATHERED * gathered + (_settles(start, solved) if yields and stored_tells else 0.0)
-        curvature = min(_velocity_change(increment, start, solved), TURNED) / 10 if yields else 0.0
-        if follows_yield(increment):
-            curvature = min(curvature, _uneven(solved, power))
-        return GATHERED * (gathered + curvature) + lagging
-    # From rest the body may have settled at strains at which most still yield.
-    yielding = _settles if stored_tells else _begins
-    # Where flow was carried on, the difference of its stress from Euler's counts already.
-    uncarried = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
-    begun = abs(vdot(kin.volume * uncarried, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
-    begun = (begun / taken if taken > 0 else 0.0) + (yielding(start, solved) if yields else 0.0)
-    return GATHERED * gathered + begun + lagging
+    e = _Terms(start, solved)
+    return GATHERED * (e.missed + e.strained + e.curved) + e.yielding + e.lagging
 
 
-def _returned(start: State, solved: Solved, parts: int) -> Floats:
-    """The stress (e, q, s) of radial returns from the start, of the strain in equal ``parts``."""
-    kin, update = solved.response.kinematics, solved.iterate.increment.system.body.scene.material.update
-    stress, peeq = kin.turned(start.stress), start.peeq
-    for _ in range(parts):
-        part = update(stress, kin.strain / parts, peeq)
-        stress, peeq = part.stress, peeq + part.dpeeq
-    return stress
+@dataclass(frozen=True)
+class _Terms:
+    """The terms of the estimate of the increment ``solved`` from the accepted ``start`` (module docstring)."""
+
+    start: State
+    solved: Solved
+
+    @property
+    def missed(self) -> float:
+        """|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|), with the work of friction in space."""
+        if not self._taken > 0:
+            return 0.0
+        difference = np.vecdot(self._euler - self._stress, self._kin.strain)
+        return abs(vdot(self._kin.volume, difference)) / 2 / (self._taken + self._lag.friction)
+
+    @property
+    def strained(self) -> float:
+        """S, plus T in a first increment."""
+        strain = self._kin.strain
+        square = vdot(self._weight, np.vecdot(strain, strain)) / 12
+        return square + self._uneven if self._first else square
+
+    @property
+    def curved(self) -> float:
+        """T of an increment that is not the first of its path, where the body has long yielded."""
+        if self._first or not (self._yields and is_past_yield(self._increment)):
+            return 0.0
+        curvature = min(self._velocity_change, TURNED) / 10
+        return min(curvature, self._uneven) if follows_yield(self._increment) else curvature
+
+    @property
+    def yielding(self) -> float:
+        """Y, where the body has not long yielded, or may not have in an increment from rest."""
+        # From rest the body may have settled at strains at which most still yield.
+        stored_tells = self.start.length == 0 and not self._increment.loads.changes
+        if is_past_yield(self._increment):
+            return self._settles if self._first and self._yields and stored_tells else 0.0
+        # Where flow was carried on, the difference of its stress from Euler's counts already.
+        uncarried = self._flows * np.asarray((self.solved.response.state.stress == self.start.stress).all(axis=-1))
+        missed = np.vecdot(self._returned(PARTS) - self._euler, self._kin.strain)
+        begun = abs(vdot(self._kin.volume * uncarried, missed)) / self._taken if self._taken > 0 else 0.0
+        return begun + (self._settles if stored_tells else self._begins) if self._yields else begun
+
+    @property
+    def lagging(self) -> float:
+        """l."""
+        return 0.0 if self._first else self._lag.share(self._taken)
+
+    @cached_property
+    def _lag(self) -> Lag:
+        return lag(self.start, self.solved)
+
+    @property
+    def _increment(self) -> Increment:
+        return self.solved.iterate.increment
+
+    @property
+    def _kin(self) -> Kinematics:
+        return self.solved.response.kinematics
+
+    @property
+    def _stress(self) -> Floats:
+        """sigma (e, q, s)."""
+        return self.solved.response.returned.stress
+
+    @property
+    def _first(self) -> bool:
+        """Whether the increment starts from rest or at a kink that is no change of pace."""
+        return self.start.length == 0 or self._increment.past.turns
+
+    @property
+    def _flows(self) -> bool:
+        return bool(self.solved.response.returned.plastic.any())
+
+    @property
+    def _yields(self) -> bool:
+        return self._flows and is_strained(self.solved)
+
+    @cached_property
+    def _power(self) -> Floats:
+        """w |sigma : de| (e, q)."""
+        return self._kin.volume * np.abs(np.vecdot(self._stress, self._kin.strain))
+
+    @cached_property
+    def _taken(self) -> float:
+        """sum_q w |sigma : de|."""
+        return float(self._power.sum())
+
+    @cached_property
+    def _euler(self) -> Floats:
+        """sigma_E (e, q, s)."""
+        # Where nothing flows the stresses differ by round-off, which may be all that an unloaded body has left.
+        return self._returned(1) if self._flows or self.solved.response.state is not self.start else self._stress
+
+    def _returned(self, parts: int) -> Floats:
+        """The stress (e, q, s) of radial returns from the start, of the strain in equal ``parts``."""
+        kin, update = self._kin, self._increment.system.body.scene.material.update
+        stress, peeq = kin.turned(self.start.stress), self.start.peeq
+        for _ in range(parts):
+            part = update(stress, kin.strain / parts, peeq)
+            stress, peeq = part.stress, peeq + part.dpeeq
+        return stress
+
+    @property
+    def _begins(self) -> float:
+        """Y of a body that begins to yield (module docstring)."""
+        part = self._dissipated if self._first else 1.0
+        return min(math.sqrt(self._velocity_change), 1.0) * part * min(self._over_yield, 1.0) / 20
+
+    @property
+    def _settles(self) -> float:
+        """Y of an increment from rest, by the part of its work that is stored (module docstring)."""
+        flowed = self._dissipated
+        if 1 - flowed > SETTLED:
+            return self._begins
+        order = 1 if (self._increment.tools.turned != 0).any() else 2
+        return flowed * max((1 - flowed) ** order - STORED**order, 0.0) / 10
+
+    @property
+    def _uneven(self) -> float:
+        """T of a first increment: by how unevenly it strains the body."""
+        weight, flowed = self._weight, self.solved.response.returned.dpeeq
+        return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
+
+    @cached_property
+    def _weight(self) -> Floats:
+        """Weights (e, q) of the mean over the body, or over the work if less than SMALL of the body takes it."""
+        volume, power = self._kin.volume, self._power
+        small = self._taken**2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
+        weight = power if small else volume
+        return weight / float(weight.sum())
+
+    @property
+    def _over_yield(self) -> float:
+        """h, not yet bounded by one (module docstring)."""
+        at_yield, known = yield_strain(self._increment.system), strain_of(self._increment)
+        if not self._increment.loads.changes:
+            return known / at_yield
+        volume = self._kin.volume
+        # Loads may strain the body where tools and supports hardly move.
+        present, plastic = (
+            math.sqrt(vdot(volume, np.vecdot(strain, strain)) / float(volume.sum()))
+            for strain in (self._kin.strain, self.start.plastic_strain)
+        )
+        return max(known / at_yield, present / (at_yield + plastic))
+
+    @property
+    def _velocity_change(self) -> float:
+        """|v - v_0|^2 / |v|^2; one from rest; after a kink, which changes all rates, with v_0 as long as v."""
+        start, increment = self.start, self._increment
+        if start.length == 0:
+            return 1.0
+        # How supports and tools carry the body would hide its own motion.
+        carried = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
+        now = (self.solved.response.du - increment.tools.gone) / (increment.tau - start.tau)
+        then = increment.past.quicker * (start.velocity - carried.gone / start.length)
+        scene = increment.system.body.scene
+        part = own_share(scene.planes, scene.mesh.nodes[:, None])
+        size = _square(part, now)
+        if increment.past.turns and (before := _square(part, then)) > 0:
+            then = then * math.sqrt(size / before)
+        return _square(part, now - then) / size if size > 0 else 0.0
+
+    @property
+    def _dissipated(self) -> float:
+        """The part of sum_q w |sigma : de| that is dissipated by new plastic flow."""
+        strains = self._kin.strain, self.solved.response.returned.plastic_strain
+        taken, flowed = (vdot(self._kin.volume, np.abs(np.vecdot(self._stress, strain))) for strain in strains)
+        return min(flowed / taken, 1.0) if taken > 0 else 0.0
 
 
-def _is_first(increment: Increment) -> bool:
-    """Whether the increment starts from rest or at a kink that is no change of pace."""
-    return increment.start.length == 0 or increment.past.turns
-
-
-def _begins(start: State, solved: Solved) -> float:
-    """Y of a body that begins to yield (module docstring)."""
-    increment = solved.iterate.increment
-    part, change = _dissipated(solved) if _is_first(increment) else 1.0, _velocity_change(increment, start, solved)
-    return min(math.sqrt(change), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
-
-
-def _settles(start: State, solved: Solved) -> float:
-    """Y of an increment from rest, by the part of its work that is stored (module docstring)."""
-    increment, flowed = solved.iterate.increment, _dissipated(solved)
-    if 1 - flowed > SETTLED:
-        return _begins(start, solved)
-    order = 1 if (increment.tools.turned != 0).any() else 2
-    left = max((1 - flowed) ** order - STORED**order, 0.0)
-    return flowed * left / 10
-
-
-def _strained(solved: Solved, power: Floats) -> float:
-    """S, plus T in a first increment, where points take the work ``power`` (e, q)."""
-    strain = solved.response.kinematics.strain
-    square = vdot(_weight(solved, power), np.vecdot(strain, strain)) / 12
-    return square + _uneven(solved, power) if _is_first(solved.iterate.increment) else square
-
-
-def _uneven(solved: Solved, power: Floats) -> float:
-    """T of a first increment: by how unevenly it strains the body."""
-    weight, flowed = _weight(solved, power), solved.response.returned.dpeeq
-    return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
-
-
-def _weight(solved: Solved, power: Floats) -> Floats:
-    """Weights (e, q) of the mean over the body, or over the work if less than SMALL of the body takes it."""
-    volume = solved.response.kinematics.volume
-    small = float(power.sum()) ** 2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
-    weight = power if small else volume
-    return weight / float(weight.sum())
-
-
-def _over_yield(start: State, solved: Solved) -> float:
-    """h, not yet bounded by one (module docstring)."""
-    increment, at_yield = solved.iterate.increment, yield_strain(solved.iterate.increment.system)
-    known = strain_of(increment)
-    if not increment.loads.changes:
-        return known / at_yield
-    volume = solved.response.kinematics.volume
-    # Loads may strain the body where tools and supports hardly move.
-    present, plastic = (
-        math.sqrt(vdot(volume, np.vecdot(strain, strain)) / float(volume.sum()))
-        for strain in (solved.response.kinematics.strain, start.plastic_strain)
-    )
-    return max(known / at_yield, present / (at_yield + plastic))
-
-
-def _velocity_change(increment: Increment, start: State, solved: Solved) -> float:
-    """|v - v_0|^2 / |v|^2; one from rest; after a kink, which changes all rates, with v_0 as long as v."""
-    if start.length == 0:
-        return 1.0
-    scene = increment.system.body.scene
-    part = own_share(scene.planes, scene.mesh.nodes[:, None])
-
-    def square(velocity: Floats) -> float:
-        return vdot(part, np.vecdot(velocity, velocity))
-
-    # How supports and tools carry the body would hide its own motion.
-    carried = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
-    now = (solved.response.du - increment.tools.gone) / (increment.tau - start.tau)
-    then = increment.past.quicker * (start.velocity - carried.gone / start.length)
-    if increment.past.turns:
-        size = square(then)
-        then = then * math.sqrt(square(now) / size) if size > 0 else then
-    size = square(now)
-    return square(now - then) / size if size > 0 else 0.0
-
-
-def _dissipated(solved: Solved) -> float:
-    """The part of sum_q w |sigma : de| that is dissipated by new plastic flow."""
-    kin, returned = solved.response.kinematics, solved.response.returned
-    taken, flowed = (
-        vdot(kin.volume, np.abs(np.vecdot(returned.stress, strain))) for strain in (kin.strain, returned.plastic_strain)
-    )
-    return min(flowed / taken, 1.0) if taken > 0 else 0.0
+def _square(part: Floats, velocity: Floats) -> float:
+    """|v|^2 of the whole body's nodes, of which ``part`` (a,) each are modelled, with ``velocity`` (a, d)."""
+    return vdot(part, np.vecdot(velocity, velocity))

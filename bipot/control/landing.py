@@ -81,12 +81,9 @@ def locate(
     system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
     none = how.tolerance * increment.units.length
-
-    def landings(found: Solved) -> Ints:
-        closed = newly_closed(state.gap, found.r, none)
-        return closed[~known[closed]]
-
-    landed, passes, latest = landings(solved), 0, tau - how.margin * length
+    # Candidates that are not to be located count as closed from the start.
+    apart = np.where(known, -np.inf, state.gap)
+    landed, passes, latest = newly_closed(apart, solved.r, none), 0, tau - how.margin * length
     # Sought between ``low``, the margin or an end with all still open, and ``high``, an end with a candidate closed.
     low, high = state.tau + how.margin * length, tau
     last, gap, rate = state.tau, state.gap, _expected_rate(increment)
@@ -99,7 +96,7 @@ def locate(
         passes += attempt.passes
         if attempt.solved is None:
             break
-        earlier = landings(attempt.solved)
+        earlier = newly_closed(apart, attempt.solved.r, none)
         if earlier.size:
             landed, high = earlier, end
         else:

@@ -20,7 +20,7 @@ from scipy import sparse
 
 from bipot.basics.definite import by_units
 from bipot.coulomb.problem import Affine, CoulombProblem, column_count, require_sizes
-from bipot.coulomb.solution import NOWHERE, CoulombSolution, Judgement, Outcome, judge, known_force
+from bipot.coulomb.solution import CoulombSolution, Judgement, Outcome, judge, known_force
 from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.typing import Floats, Ints, make_floats
 
@@ -177,36 +177,56 @@ def run(
     scaled = scale(problem)
     given = np.zeros(problem.size) if start is None else known_force(problem, start, "start")
     require_sizes(given, "start")
-    r = given / scaled.force
-    best, lowest = r, judge(problem, scaled.unscale(r))
-    outcome, detail, done = Outcome.ITERATION_LIMIT, "", 0
-    progress, since = lowest.residual, 0
-    state = solver.init(scaled, r) if lowest.residual > limits.tol else None
-    while state is not None and done < limits.iterations:
-        if clock() - began > limits.seconds:
-            outcome = Outcome.TIME_LIMIT
-            break
+    watched = _Watched(problem, scaled, limits, given / scaled.force)
+    if watched.converged:
+        outcome, detail = Outcome.CONVERGED, ""
+    else:
+        outcome, detail = _stepped(solver, watched, lambda: clock() - began > limits.seconds)
+    reason = _sentence(solver.name, outcome, watched.found, limits.tol, detail)
+    r = scaled.unscale(watched.best)
+    return CoulombSolution(problem, r, outcome, solver.name, reason, watched.steps, clock() - began)
+
+
+class _Watched:
+    """The ``steps`` of a run so far, its ``best`` iterate as a scaled force (dc,), and what was ``found`` of that."""
+
+    def __init__(self, problem: CoulombProblem, scaled: ScaledProblem, limits: Limits, r: Floats) -> None:
+        self.problem, self.scaled, self.limits = problem, scaled, limits
+        self.best, self.found, self.steps = r, judge(problem, scaled.unscale(r)), 0
+        self._progress, self._since = self.found.residual, 0
+
+    @property
+    def converged(self) -> bool:
+        return self.found.residual <= self.limits.tol
+
+    def ends_at(self, state: SolverState) -> tuple[Outcome, str] | None:
+        """Count a step to ``state``: the outcome and its detail if the run ends there, else None."""
+        self.steps += 1
+        if np.all(np.isfinite(state.r)):
+            reached = judge(self.problem, self.scaled.unscale(state.r))
+            if reached.residual < self.found.residual:
+                self.best, self.found = state.r, reached
+        if self.converged:
+            return Outcome.CONVERGED, ""
+        if self.found.residual < 0.99 * self._progress:
+            self._progress, self._since = self.found.residual, self.steps
+        if self.steps - self._since >= self.limits.patience:
+            return Outcome.STALLED, f"no progress in {self.limits.patience} steps"
+        return None if state.stalled is None else (Outcome.STALLED, state.stalled)
+
+
+def _stepped(solver: Solver[S], watched: _Watched, is_late: Callable[[], bool]) -> tuple[Outcome, str]:
+    """Take steps from the best iterate so far until the run ends: its outcome and detail."""
+    state = solver.init(watched.scaled, watched.best)
+    while watched.steps < watched.limits.iterations:
+        if is_late():
+            return Outcome.TIME_LIMIT, ""
         try:
             # a step far outside overflows harmlessly: its merit is inf and it is not taken
             with np.errstate(over="ignore", invalid="ignore"):
-                state = solver.step(scaled, state)
+                state = solver.step(watched.scaled, state)
         except (ProgramError, np.linalg.LinAlgError) as failure:
-            outcome, detail = Outcome.FAILED, str(failure).rstrip(".")
-            break
-        done += 1
-        reached = judge(problem, scaled.unscale(state.r)) if np.all(np.isfinite(state.r)) else NOWHERE
-        if reached.residual < lowest.residual:
-            best, lowest = state.r, reached
-        if lowest.residual <= limits.tol:
-            break
-        if lowest.residual < 0.99 * progress:
-            progress, since = lowest.residual, done
-        if done - since >= limits.patience:
-            outcome, detail = Outcome.STALLED, f"no progress in {limits.patience} steps"
-            break
-        if state.stalled is not None:
-            outcome, detail = Outcome.STALLED, state.stalled
-            break
-    outcome = Outcome.CONVERGED if lowest.residual <= limits.tol else outcome
-    reason = _sentence(solver.name, outcome, lowest, limits.tol, detail)
-    return CoulombSolution(problem, scaled.unscale(best), outcome, solver.name, reason, done, clock() - began)
+            return Outcome.FAILED, str(failure).rstrip(".")
+        if (ended := watched.ends_at(state)) is not None:
+            return ended
+    return Outcome.ITERATION_LIMIT, ""

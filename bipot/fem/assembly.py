@@ -102,8 +102,7 @@ class Space:
     def _turns(self) -> tuple[Ints, Floats]:
         """Elements (t,) with nodes that have axes of their own, and the rotation (t, dk, dk) of their unknowns."""
         count, d = self.mesh.nodes.shape
-        rows = np.tile(np.eye(d), (count, 1, 1))
-        rows[self.axes.nodes] = self.axes.rows
+        rows = self.axes.frames(count, d)
         turned = np.flatnonzero(np.isin(self.mesh.elements, self.axes.nodes).any(axis=1))
         nodes = self.mesh.elements[turned]
         turn = np.zeros((len(turned), nodes.shape[1], d, nodes.shape[1], d))

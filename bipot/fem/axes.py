@@ -27,6 +27,12 @@ class Axes:
         """Whether any node has axes of its own."""
         return len(self.nodes) > 0
 
+    def frames(self, count: int, d: int) -> Floats:
+        """The axes (a, d, d) of all nodes, ``count`` in ``d`` dimensions."""
+        out = np.tile(np.eye(d), (count, 1, 1))
+        out[self.nodes] = self.rows
+        return out
+
     def components(self, field: Floats) -> Floats:
         """The components (a, d) along the axes of a nodal field (a, d)."""
         return self._turned(field, self.rows) if self.turned else field

@@ -32,6 +32,8 @@ times, and 2 to 3 times under tractions that are the same all over a face), a la
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -39,7 +41,7 @@ import scipy.sparse as sp
 from bipot.basics.definite import definite
 from bipot.errors import require
 from bipot.fem.assembly import Space, element_stiffness, space
-from bipot.fem.axes import STRAIGHT, Axes
+from bipot.fem.axes import Axes
 from bipot.fem.elements import RULES, Quadrature, Reference, tabulated, tabulated_along
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VOLUMES, Projection, VolumeChange
@@ -71,111 +73,103 @@ FLAT = 1e-14
 NONE = np.empty(0, dtype=np.intp)
 
 
-def alone(mesh: Mesh, held: Ints = NONE, axes: Axes = STRAIGHT) -> Bools:
-    """Whether hexahedra (e,) have neighbours along fewer than two of their axes, other elements along none.
+@dataclass(frozen=True)
+class Held:
+    """A ``mesh`` of a body of a ``geometry``, whose unknowns ``numbers`` (n,) along ``axes`` are held."""
 
-    A face that is held along its normal has the element's mirror image beside it.
+    mesh: Mesh
+    geometry: Geometry
+    numbers: Ints
+    axes: Axes
 
-    >>> from bipot.meshes.solids import brick
-    >>> alone(brick(1.0, 1.0, 1.0, 1, 1, 3)).all(), alone(brick(1.0, 1.0, 1.0, 2, 2, 1)).any()
-    (np.True_, np.False_)
-    """
-    shared = _beside(mesh, held, axes)
-    return np.asarray(shared.sum(axis=1) < max(shared.shape[1] - 1, 1))
+    @cached_property
+    def alone(self) -> Bools:
+        """Whether hexahedra (e,) have neighbours along fewer than two of their axes, other elements along none.
 
+        A face that is held along its normal has the element's mirror image beside it.
 
-def _beside(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
-    """Whether squares and cubes have neighbours along each axis (e, d); other shapes, whether any at all (e, 1)."""
-    opposite = mesh.element.opposite
-    if opposite is None:
-        return np.atleast_2d(mesh.shared.any(axis=1)).T
-    shared = np.logical_or(mesh.shared, _mirrored(mesh, held, axes))
-    return np.asarray(shared[:, opposite].any(axis=2))
+        >>> from bipot.meshes.solids import brick
+        >>> from bipot.fem.axes import STRAIGHT
+        >>> of = Geometry.SOLID, NONE, STRAIGHT
+        >>> row, slab = Held(brick(1.0, 1.0, 1.0, 1, 1, 3), *of), Held(brick(1.0, 1.0, 1.0, 2, 2, 1), *of)
+        >>> row.alone.all(), slab.alone.any()
+        (np.True_, np.False_)
+        """
+        return np.asarray(self._beside.sum(axis=1) < max(self._beside.shape[1] - 1, 1))
 
+    @cached_property
+    def _beside(self) -> Bools:
+        """Whether squares and cubes have neighbours along each axis (e, d); other shapes, whether any at all (e, 1)."""
+        opposite = self.mesh.element.opposite
+        if opposite is None:
+            return np.atleast_2d(self.mesh.shared.any(axis=1)).T
+        return np.asarray(np.logical_or(self.mesh.shared, self._mirrored())[:, opposite].any(axis=2))
 
-def _mirrored(mesh: Mesh, held: Ints, axes: Axes) -> Bools:
-    """Whether all nodes of facets (e, m) of squares or cubes are held along the facet's normal."""
-    free = np.ones(mesh.nodes.shape, dtype=bool)
-    free.flat[held] = False
-    facets = mesh.elements[:, mesh.element.facets]
-    some = np.asarray(~free.all(axis=1))
-    out = np.asarray(some[facets].all(axis=2))
-    own = facets[out]
-    normals = outward_area(mesh.nodes, own, Geometry.SOLID).sum(axis=1)
-    every = np.repeat(normals / norm(normals)[:, None], own.shape[1], axis=0)
-    moves = free[own.ravel()] & (np.abs(axes.at(own.ravel(), every)) > ASKEW)
-    out[out] = (moves.sum(axis=1) == 0).reshape(own.shape).all(axis=1)
-    return out
+    def _mirrored(self) -> Bools:
+        """Whether all nodes of facets (e, m) of squares or cubes are held along the facet's normal."""
+        free = np.ones(self.mesh.nodes.shape, dtype=bool)
+        free.flat[self.numbers] = False
+        facets = self.mesh.elements[:, self.mesh.element.facets]
+        some = np.asarray(~free.all(axis=1))
+        out = np.asarray(some[facets].all(axis=2))
+        own = facets[out]
+        normals = outward_area(self.mesh.nodes, own, Geometry.SOLID).sum(axis=1)
+        every = np.repeat(normals / norm(normals)[:, None], own.shape[1], axis=0)
+        moves = free[own.ravel()] & (np.abs(self.axes.at(own.ravel(), every)) > ASKEW)
+        out[out] = (moves.sum(axis=1) == 0).reshape(own.shape).all(axis=1)
+        return out
 
+    def require_strained(self, rule: Quadrature, volume: VolumeChange) -> None:
+        """Refuse a rule and a volume change that leave motions without strain."""
+        found = self.strainless(rule, volume)
+        if not found.size:
+            return
+        ways = [(rule, volume) for rule in RULES[self.mesh.element] for volume in VOLUMES[self.mesh.element]]
+        known = [f"{way[0].name} with {way[1].name}" for way in ways if not self.strainless(*way).size]
+        place = tuple(np.round(self.mesh.nodes[self.mesh.elements[found[0]]].mean(axis=0), 6).tolist())
+        why = "volume changes of few elements beside each other are projected on constants"
+        if found[0] in self._level(volume):
+            why = "the middles of elements beside each other are nearly in one plane"
+        elif self.alone[found[0]]:
+            why = "elements stand alone or in a row of single ones"
+        left = f"where {why}, as element {found[0]} at {place}, it leaves motions without strain, or nearly so"
+        allowed = f"of {known}, or have more elements beside each other: {left}"
+        require(False, "scene.quadrature, scene.volume", f"{rule.name} with {volume.name}", allowed)
 
-def require_strained(
-    mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeChange, held: Ints, axes: Axes
-) -> None:
-    """Refuse a rule and a volume change that leave motions without strain to a mesh with unknowns ``held``."""
-
-    def loose(rule: Quadrature, volume: VolumeChange) -> Ints:
-        return strainless(mesh, geometry, rule, volume, held, axes)
-
-    found = loose(rule, volume)
-    if not found.size:
-        return
-    ways = [(rule, volume) for rule in RULES[mesh.element] for volume in VOLUMES[mesh.element]]
-    known = [f"{rule.name} with {volume.name}" for rule, volume in ways if not loose(rule, volume).size]
-    place = tuple(np.round(mesh.nodes[mesh.elements[found[0]]].mean(axis=0), 6).tolist())
-    why = "volume changes of few elements beside each other are projected on constants"
-    if found[0] in _level(mesh, geometry, volume):
-        why = "the middles of elements beside each other are nearly in one plane"
-    elif found[0] in np.flatnonzero(alone(mesh, held, axes)):
-        why = "elements stand alone or in a row of single ones"
-    left = f"where {why}, as element {found[0]} at {place}, it leaves motions without strain, or nearly so"
-    allowed = f"of {known}, or have more elements beside each other: {left}"
-    require(False, "scene.quadrature, scene.volume", f"{rule.name} with {volume.name}", allowed)
-
-
-def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeChange, held: Ints, axes: Axes) -> Ints:
-    """Elements (n,) that have motions without strain, with unknowns ``held`` along ``axes``; empty if none has."""
-    if not mesh.element.quadratic:
+    def strainless(self, rule: Quadrature, volume: VolumeChange) -> Ints:
+        """Elements (n,) that have motions without strain; empty if none has."""
+        if not self.mesh.element.quadratic:
+            return NONE
+        # Constants hold quadratic elements so weakly that those beside each other may have such motions, too.
+        weak = volume is VolumeChange.P0 is not VOLUMES[self.mesh.element][0]
+        every = np.arange(len(self.mesh.elements)) if weak else NONE
+        level = self._level(volume), LEAST_LEVEL if self.geometry is Geometry.SOLID else LEAST
+        for loose, least in ((np.flatnonzero(self.alone), LEAST), level, (every, LEAST_WEAK)):
+            if loose.size and not self.all_strained(rule, volume, loose, least):
+                return loose
         return NONE
-    # Constants hold quadratic elements so weakly that those beside each other may have such motions, too.
-    weak, every = volume is VolumeChange.P0 is not VOLUMES[mesh.element][0], np.arange(len(mesh.elements))
-    single = np.flatnonzero(alone(mesh, held, axes))
-    level = _level(mesh, geometry, volume), LEAST_LEVEL if geometry is Geometry.SOLID else LEAST
-    for loose, least in ((single, LEAST), level, (every if weak else NONE, LEAST_WEAK)):
-        if loose.size and not all_strained(mesh, geometry, rule, volume, held, axes, loose, least):
-            return loose
-    return NONE
 
+    def _level(self, volume: VolumeChange) -> Ints:
+        """Triangles or tetrahedra (n,), middles nearly in one plane, to which constants may leave conformal motions."""
+        if volume is not VolumeChange.P0 or self.mesh.element.shape.cube:
+            return NONE
+        return np.flatnonzero(kept_by_means(self.mesh, self.geometry) < LEVEL)
 
-def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> Ints:
-    """Triangles or tetrahedra (n,), middles nearly in one plane, to which constants may leave conformal motions."""
-    if volume is not VolumeChange.P0 or mesh.element.shape.cube:
-        return NONE
-    return np.flatnonzero(kept_by_means(mesh, geometry) < LEVEL)
+    def all_strained(self, rule: Quadrature, volume: VolumeChange, loose: Ints, least: float) -> bool:
+        """Whether all motions of the elements ``loose`` (n,) but rigid ones have v'K v > ``least`` v'K_f v.
 
-
-def all_strained(
-    mesh: Mesh,
-    geometry: Geometry,
-    rule: Quadrature,
-    volume: VolumeChange,
-    held: Ints,
-    axes: Axes,
-    loose: Ints,
-    least: float,
-) -> bool:
-    """Whether all motions of the elements ``loose`` (n,) but rigid ones have v'K v > ``least`` v'K_f v.
-
-    This is found by a factorisation, unless the rule alone decides.
-    """
-    fullest = max(RULES[mesh.element], key=lambda other: len(tabulated(mesh.element, other).weights))
-    if rule is fullest and volume is VolumeChange.AS_IS:
-        return True
-    free = space(mesh, geometry, rule, held, axes=axes)
-    own = _stiffness(free, tabulated(mesh.element, rule), volume)
-    shift = SHIFT * sp.diags(free.matrix(own).diagonal())
-    for some, fuller in _fuller(mesh, rule, fullest, loose, _beside(mesh, held, axes)[loose]):
-        own[some] -= least * _stiffness(free, fuller, VolumeChange.AS_IS, some)
-    return definite(sp.csc_matrix(free.matrix(own) + shift))
+        This is found by a factorisation, unless the rule alone decides.
+        """
+        mesh = self.mesh
+        fullest = max(RULES[mesh.element], key=lambda other: len(tabulated(mesh.element, other).weights))
+        if rule is fullest and volume is VolumeChange.AS_IS:
+            return True
+        free = space(mesh, self.geometry, rule, self.numbers, axes=self.axes)
+        own = _stiffness(free, tabulated(mesh.element, rule), volume)
+        shift = SHIFT * sp.diags(free.matrix(own).diagonal())
+        for some, fuller in _fuller(mesh, rule, fullest, loose, self._beside[loose]):
+            own[some] -= least * _stiffness(free, fuller, VolumeChange.AS_IS, some)
+        return definite(sp.csc_matrix(free.matrix(own) + shift))
 
 
 def _fuller(

@@ -86,11 +86,11 @@ class Cache:
             self._split = Split.of(K, kept)
         return self._split
 
-    def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
-        """The setup of Newton for the run, and the frames of the contacts."""
+    def setup(self, iterate: Iterate) -> Setup:
+        """The setup of Newton for the run."""
         if self._setup is None:
             self._setup = Setup.of(iterate.increment.system, self._ordered(iterate))
-        return self._setup, self.frames(iterate.rows, iterate)
+        return self._setup
 
     def frames(self, rows: ContactRows, iterate: Iterate) -> Frames:
         """Where contact ``rows`` of a program posed at an iterate sit in the run's stiffness; kept for equal rows."""

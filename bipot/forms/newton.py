@@ -121,7 +121,7 @@ class Newton:
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
         """The state before the first pass; nothing is kept from other attempts."""
-        setup, frames = cache.newton(iterate)
+        setup, frames = cache.setup(iterate), cache.frames(iterate.rows, iterate)
         return Memory(setup, Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces)))
 
     def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:

@@ -47,9 +47,9 @@ class Round(NamedTuple):
     arcs: Floats
 
 
-def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Element, curved: bool) -> MeshParts:
+def rounded(base: Round, heights: Floats, element: Element, curved: bool) -> MeshParts:
     """Solids as :func:`extruded`, as an ``element`` of their shape whose middle nodes follow arcs if ``curved``."""
-    corners = extruded(base.parts, heights, ends)
+    corners = extruded(base.parts, heights)
     out = converted(corners, element)
     if not curved:
         return out
@@ -62,8 +62,8 @@ def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Elemen
     return out._replace(nodes=nodes)
 
 
-def extruded(base: MeshParts, heights: Floats, ends: tuple[str, str]) -> MeshParts:
-    """H8 or T4 between the ``heights`` (n,) above plane Q4 or T3; below and above are boundaries called ``ends``."""
+def extruded(base: MeshParts, heights: Floats) -> MeshParts:
+    """H8 or T4 between the ``heights`` (n,) above plane Q4 or T3; below and above are boundaries base and top."""
     count, solid = len(base.nodes), base.element is Element.Q4
     places = np.repeat(np.asarray(heights), count)
     nodes = np.column_stack([np.tile(base.nodes, (len(heights), 1)), places])
@@ -72,7 +72,7 @@ def extruded(base: MeshParts, heights: Floats, ends: tuple[str, str]) -> MeshPar
     prisms = np.concatenate([cells + low, cells + low + count], axis=2).reshape(-1, 2 * cells.shape[1])
     elements = prisms if solid else _turned(nodes, prisms[:, PRISM].reshape(-1, 4))
     boundaries = {name: _upright(edges, low, count, solid) for name, edges in base.boundaries.items()}
-    return MeshParts(nodes, elements, boundaries | {ends[0]: base.elements, ends[1]: base.elements + low.max() + count})
+    return MeshParts(nodes, elements, boundaries | {"base": base.elements, "top": base.elements + low.max() + count})
 
 
 def _turned(nodes: Floats, cells: Ints) -> Ints:

@@ -53,7 +53,7 @@ def brick(
         return Mesh(*converted(fanned_box(near, far, (*names, "base", "top"), corners), element))
     sides = (0.0, width), (0.0, depth)
     flat = rectangle(*sides, {"n_x": n_x, "n_y": n_y}, grading[:2], names, FLAT[element.shape], layout)
-    return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2]), ("base", "top")), element))
+    return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2])), element))
 
 
 def cylinder_3d(
@@ -95,7 +95,7 @@ def cylinder_3d(
     arcs = curved and element.quadratic
     outer = float(radius) * (1.0 if inscribed else _widened(2 * n_square, arcs))
     flat = disc(outer, n_square, graded(0.0, 1.0, n_r, grading[0]), quarter, FLAT[element.shape])
-    return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top"), element, arcs))
+    return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), element, arcs))
 
 
 def ring_3d(
@@ -137,7 +137,7 @@ def ring_3d(
     wider = 1.0 if inscribed else _widened(n_around, arcs)
     bore, side = float(inner) * wider, float(outer) * wider
     flat = annulus(graded(bore, side, n_r, grading[0]), n_around, FLAT[element.shape])
-    return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top"), element, arcs))
+    return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), element, arcs))
 
 
 def _counts(**counts: int) -> dict[str, int]:

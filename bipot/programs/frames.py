@@ -158,16 +158,8 @@ class Border:
         law_row, law_column = np.repeat(force, width, axis=1).ravel(), np.tile(force, width).ravel()
         row = np.concatenate([inner_row, pair, beside, law_row])
         column = np.concatenate([inner.order[inner.indices], beside, pair, law_column])
-        # A force follows the last unknown on which it acts: it then has a pivot and hardly any fill.
-        inner_rank = np.argsort(inner.order)
-        when = np.concatenate([inner_rank, np.full(force.size, -1)]).astype(np.float64)
-        untouched = np.concatenate([(np.diff(inner.indptr) == 1)[inner_rank], np.zeros(force.size, dtype=bool)])
-        untouched[n - inner.placeless : n] = True
-        np.maximum.at(when, beside, np.where(untouched[pair], -1, when[pair]) + 0.5)
-        # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
-        when[untouched] = np.inf
-        rank = np.argsort(np.argsort(when, kind="stable"))
-        return Border(contact, touched, number, replace(Pattern.ranked(row, column, rank), panel=inner.panel))
+        pattern = Pattern.ranked(row, column, _bordered(inner, pair, beside, force.size))
+        return Border(contact, touched, number, replace(pattern, panel=inner.panel))
 
     def factorise(self, data: Floats, law: Law, solver: LinearSolver) -> Factor:
         """Factors with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
@@ -190,6 +182,19 @@ class Border:
         found = self.pattern.solve(factor, np.concatenate([b, -miss[contact].ravel()]))
         change = found[len(b) :].reshape(len(contact), -1) * (law.scale[contact, None] / SOFTENED)
         return found[: len(b)], r[contact] + change
+
+
+def _bordered(inner: Pattern, dof: Ints, force: Ints, count: int) -> Ints:
+    """Ranks (n + f,) in the elimination of n unknowns and f = ``count`` forces; ``force`` (m,) act on ``dof`` (m,)."""
+    n, inner_rank = inner.size, np.argsort(inner.order)
+    # A force follows the last unknown on which it acts: it then has a pivot and hardly any fill.
+    when = np.concatenate([inner_rank, np.full(count, -1)]).astype(np.float64)
+    untouched = np.concatenate([(np.diff(inner.indptr) == 1)[inner_rank], np.zeros(count, dtype=bool)])
+    untouched[n - inner.placeless : n] = True
+    np.maximum.at(when, force, np.where(untouched[dof], -1, when[dof]) + 0.5)
+    # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
+    when[untouched] = np.inf
+    return np.argsort(np.argsort(when, kind="stable"))
 
 
 def _completed(T: Floats) -> Floats:

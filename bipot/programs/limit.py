@@ -21,13 +21,16 @@ from scipy.linalg import qr
 from scipy.sparse.linalg import norm as row_lengths
 from scipy.sparse.linalg import splu
 
+from bipot.conic.clarabel import solve_once
 from bipot.conic.problem import Cone, ConicProgram, Rows, Variables
-from bipot.conic.solver import Accuracy, ConicSolver
+from bipot.conic.solver import Accuracy
 from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.dissipation import ROOT, PlasticModel
 from bipot.programs.terms import ContactTerms, norm_rows, widened
 from bipot.typing import Floats, max_abs
+
+ACCURATE = Accuracy(1e-9)
 
 DENSE = 3000
 """Unknowns up to which a basis of the motions that preserve the volume is computed."""
@@ -117,7 +120,7 @@ def _overtaken(force: Floats, rows: ContactRows, v: Floats) -> float:
     return float(short.max(initial=0.0)) * float(np.abs(force).sum())
 
 
-def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+def sliding(force: Floats, rows: ContactRows, rigid: Floats) -> Mechanism:
     """The mechanism without strain, a combination of ``rigid`` motions (n, m) by which contacts slide or open.
 
     By duality there is one where no contact forces in their cones balance the load F (n,) on the body as a whole.
@@ -136,8 +139,7 @@ def sliding(force: Floats, rows: ContactRows, rigid: Floats, solver: ConicSolver
     gained = Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain / max_abs(force)), -np.ones(1))
     cones = (gained, *_dilatant(_combined(rows, rigid)).cone_rows(size, size))
     program = ConicProgram(P=sp.csc_matrix((size, size)), q=np.zeros(size), rows=cones, blocks=variables.blocks)
-    answer, _ = solver.solve(program, accuracy)
-    v = rigid @ answer.block(Block.DISPLACEMENT)
+    v = rigid @ solve_once(program, ACCURATE).block(Block.DISPLACEMENT)
     v /= float(force @ v)
     return Mechanism(v, 0.0, 0.0, _overtaken(force, rows, v), _share(force, v))
 
@@ -160,7 +162,7 @@ class LimitProgram:
     rows: ContactRows
     volumes: sp.csr_matrix | None = None
 
-    def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+    def mechanism(self) -> Mechanism:
         """The motion found, with its judgement.
 
         An answer that changes the volume is replaced by the nearest motion that preserves it. This proves a bound, but
@@ -171,34 +173,33 @@ class LimitProgram:
             InfeasibleProgram: no motion that the load drives keeps the volume.
             ProgramError: no answer.
         """
-        known = list[Mechanism]()
         try:
-            found = self.judged(self.motion(solver, accuracy))
-            known = [found if found.admissible else self.judged(self.nearest(found.v))]
+            found = self.judged(self.motion())
+            kept = found if found.admissible else self.judged(self.nearest(found.v))
         except InfeasibleProgram:
             raise
         except ProgramError:
             if not (bases := isochoric(self._volumes)):
                 raise
-        else:
-            same = abs(known[0].carried - found.carried) <= SAME * found.carried
-            if (known[0].admissible and same) or not (bases := isochoric(self._volumes)):
-                return known[0]
-        known.append(self._spanned(bases, solver, accuracy))
-        return min((m for m in known if m.admissible), key=lambda m: m.carried, default=known[-1])
+            return self._spanned(bases)
+        same = abs(kept.carried - found.carried) <= SAME * found.carried
+        if (kept.admissible and same) or not (bases := isochoric(self._volumes)):
+            return kept
+        spanned = self._spanned(bases)
+        return min((m for m in (kept, spanned) if m.admissible), key=lambda m: m.carried, default=spanned)
 
-    def _spanned(self, bases: list[Floats], solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+    def _spanned(self, bases: list[Floats]) -> Mechanism:
         """The first admissible mechanism of ever smaller ``bases`` (n, k), or else that of the first.
 
         One without an answer proves nothing: rows that depend on others but for round-off may leave it no motion.
         """
         first, *smaller = bases
-        found = self.judged(first @ self.within(first).motion(solver, accuracy))
+        found = self.judged(first @ self.within(first).motion())
         for basis in smaller:
             if found.admissible:
                 break
             with suppress(ProgramError):
-                other = self.judged(basis @ self.within(basis).motion(solver, accuracy))
+                other = self.judged(basis @ self.within(basis).motion())
                 found = other if other.admissible else found
         return found
 
@@ -208,7 +209,7 @@ class LimitProgram:
         model = replace(self.model, volumetric=volumetric, deviatoric=deviatoric)
         return LimitProgram(model, basis.T @ self.force, _combined(self.rows, basis))
 
-    def motion(self, solver: ConicSolver, accuracy: Accuracy) -> Floats:
+    def motion(self) -> Floats:
         """The answer (n,) to the sparse program as it stands.
 
         Raises:
@@ -221,10 +222,9 @@ class LimitProgram:
         # The numbers of the program are of order one for any load.
         program = replace(self, force=self.force / largest)
         try:
-            answer, _ = solver.solve(program.conic(), accuracy)
+            return solve_once(program.conic(), ACCURATE).block(Block.DISPLACEMENT)
         except InfeasibleProgram as none:
             raise InfeasibleProgram(UNMOVED) from none
-        return answer.block(Block.DISPLACEMENT)
 
     def nearest(self, v: Floats) -> Floats:
         """The motion (n,) nearest to v (n,) that preserves the volume: v - V'(V V')^-1 V v for rows V of unit length.

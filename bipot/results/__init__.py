@@ -4,7 +4,8 @@
 readable whatever happens to the process or the disk.
 """
 
+from bipot.results.existing import Existing
 from bipot.results.history import History, open
-from bipot.results.recorder import Existing, Recorder
+from bipot.results.recorder import Recorder
 
 __all__ = ["Existing", "History", "Recorder", "open"]

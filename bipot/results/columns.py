@@ -94,12 +94,12 @@ ERROR_ESTIMATE = Column(
 OVERLAP = Column(
     "overlap",
     "largest penetration anywhere on the edges and faces that may touch a tool over body size",
-    lambda _, a: overlap(a.scene, a.state.nodes, a.scene.placed(a.state.tau, a.state.translation)),
+    lambda _, a: overlap(a.scene, a.state.nodes, a.poses),
 )
 UNFELT = Column(
     "unfelt",
     "how far surface nodes that are not candidates of a tool went behind its surface, over body size",
-    lambda _, a: unfelt(a.scene, a.state.nodes, a.scene.placed(a.state.tau, a.state.translation)),
+    lambda _, a: unfelt(a.scene, a.state.nodes, a.poses),
 )
 CANCELLED = Column(
     "cancelled",

@@ -61,9 +61,8 @@ class StoredStep:
         solved = accepted.solved
         increment = solved.iterate.increment
         forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
-        gap, state = solved.iterate.motion[:, 0], accepted.state
-        poses = increment.system.body.scene.placed(state.tau, state.translation)
-        return StoredStep(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume, poses)
+        gap, volume = solved.iterate.motion[:, 0], solved.response.kinematics.volume
+        return StoredStep(accepted.course, forces, gap, accepted.traction, volume, accepted.poses)
 
     @property
     def state(self) -> State:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
-from enum import Enum
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -23,28 +22,18 @@ from bipot.hdf5.journal import creating, writing
 from bipot.response import State
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
-from bipot.results.description import Parameters, as_json, describe, require_told, same_mesh, same_scene, same_state
+from bipot.results.description import Parameters, require_told, same_scene, same_state
+from bipot.results.existing import CHOICE, CURVES, Asked, Existing, known
 from bipot.results.fields import StoredStep
-from bipot.results.history import FIELDS, TOOLS, History, run_file, settled
+from bipot.results.history import FIELDS, TOOLS, History, settled
 from bipot.results.history import open as open_results
 from bipot.results.lock import locked
-from bipot.results.static import FORMAT
 from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 
-CURVES = "history.csv"
-
 PATIENCE = 0.25
 """Seconds for which increments wait to be written together: a write takes as long as solving a small increment."""
-
-
-class Existing(Enum):
-    """What to do with an existing run in the folder."""
-
-    REFUSE = "refuse"
-    RESUME = "resume"
-    OVERWRITE = "overwrite"
 
 
 class Recorder:
@@ -92,6 +81,7 @@ class Recorder:
         self.folder, self.columns = settled(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
+        self._asked = Asked(scene, parameters, units, tuple(column.name for column in self.columns))
         require_number(patience, "patience")
         require(0 <= patience < np.inf, "patience", patience, "finite and not negative")
         self.note, self.patience = "", patience
@@ -99,7 +89,7 @@ class Recorder:
         self._committed, self._lines, self._since = self._course, list[str](), time.monotonic()
         self._file: RunFile
         self._opened: ExitStack | None = None
-        self._known()
+        known(self.folder, self.existing, self._asked)
 
     @property
     def start(self) -> Course:
@@ -117,8 +107,8 @@ class Recorder:
             with undisturbed(), self._written("nothing is recorded"):
                 self.folder.mkdir(parents=True, exist_ok=True)
                 opened.enter_context(locked(self.folder))
-                known = self._known()
-                self._begin(opened) if known is None else self._go_on(opened, known)
+                found = known(self.folder, self.existing, self._asked)
+                self._begin(opened) if found is None else self._go_on(opened, found)
                 self._committed, self._since = self._course, time.monotonic()
                 # If the recorder is entered again, this run is its own.
                 self.existing = Existing.RESUME
@@ -213,61 +203,25 @@ class Recorder:
             self._file.end()
             raise
 
-    def _go_on(self, opened: ExitStack, known: History) -> None:
+    def _go_on(self, opened: ExitStack, found: History) -> None:
         """Open the run for more steps, and write its table anew from the file."""
-        self._course, self.note = known.end, known.note
+        self._course, self.note = found.end, found.note
         file = opened.enter_context(writing(self.folder / FIELDS))
         try:
             self._file = opened.enter_context(closing(RunFile.reopen(file, self.system)))
         except (KeyError, RuntimeError, TypeError, ValueError) as error:
-            raise ResultsError(f"{file.path}: cannot be gone on with ({error}); {_CHOICE}") from error
+            raise ResultsError(f"{file.path}: cannot be gone on with ({error}); {CHOICE}") from error
         if self._file.cut_back():
             self.note = f"what was written after increment {self._course.number} was not complete and is left out"
-        replace(self._curves, known.text.encode(), ResultsError)
+        replace(self._curves, found.text.encode(), ResultsError)
 
     @property
     def _header(self) -> str:
-        return table.line([column.name for column in self.columns])
+        return table.line(self._asked.columns)
 
     @property
     def _curves(self) -> Path:
         return self.folder / CURVES
-
-    def _known(self) -> History | None:
-        """The run to go on with; None if a new one is to begin."""
-        if self.existing is Existing.OVERWRITE:
-            return None
-        file = run_file(self.folder)
-        if not file.is_file():
-            if file.exists():
-                raise ResultsError(f"{file}: is no file; {_CHOICE}")
-            if self._curves.exists():
-                raise ResultsError(f"{self.folder}: holds {CURVES} without {FIELDS}; {_CHOICE}")
-            return None
-        known = open_results(file)
-        self._require_same(known)
-        if self.existing is Existing.REFUSE:
-            state = "a complete run" if known.complete else f"a run of {len(known)} increments, not complete"
-            raise ResultsError(f"{self.folder}: holds {state}: resume it (--resume), or overwrite it (--overwrite)")
-        return known
-
-    def _require_same(self, known: History) -> None:
-        """Refuse a run of other parameters, units, scene or columns, or of a layout that is only read."""
-        if known.format != FORMAT:
-            raise ResultsError(f"{known.file}: was written by an older version and is not gone on with; {_CHOICE}")
-        scene = self.system.body.scene
-        for what, stored, asked in (
-            ("", known.parameters, self.parameters),
-            ("units: ", known.units, self.units),
-            ("scene: ", known.scene, describe(scene)),
-            ("", {"columns": list(known.columns)}, {"columns": [column.name for column in self.columns]}),
-        ):
-            for name in sorted(stored.keys() | asked.keys()):
-                old, new = (given.get(name, _ABSENT) for given in (stored, asked))
-                if as_json(old) != as_json(new):
-                    raise ResultsError(f"{self.folder}: holds a run with {what}{name} = {old}, not {new}; {_CHOICE}")
-        if not same_mesh(known.mesh, scene.mesh):
-            raise ResultsError(f"{self.folder}: holds a run on another mesh; {_CHOICE}")
 
     @contextmanager
     def _written(self, so_far: str) -> Iterator[None]:
@@ -275,9 +229,6 @@ class Recorder:
             yield
         except OSError as error:
             raise ResultsError(f"{self.folder}: cannot be written ({error}); {so_far}") from error
-
-
-_ABSENT, _CHOICE = "absent", "choose another folder, or overwrite it (--overwrite)"
 
 
 def _add(path: Path, lines: str) -> None:

@@ -50,9 +50,9 @@ class Drives:
                 owner.append(k)
                 ways.append(np.append(tool.driven_by.direction, angles))
                 dual.append(share(planes, tool))
-            if tool.turn is not None and tool.turn.driven_by is not None:
+            if tool.turn is not None and tool.turned_by is not None:
                 spin = 1.0 / lever(tool.face, tool.turn, mesh.size)
-                by.append(tool.turn.driven_by)
+                by.append(tool.turned_by)
                 owner.append(k)
                 ways.append(np.append(np.zeros(d), spin * tool.turn.about))
                 dual.append(spin * share(planes, tool))
@@ -75,6 +75,11 @@ class Drives:
         """w (…, d) of points at ``arm`` (…, d) from their tool's centre, for the coordinates ``number`` (…)."""
         along, spin = self.ways[number, : arm.shape[-1]], angles_of(self.ways[number])
         return along + crossed(spin, arm) if spin.any() else along
+
+    def along(self, tool: int, arm: Floats) -> Floats:
+        """w (i, a, d) of points at ``arm`` (a, d) from the centre of a ``tool``, for each of its i coordinates."""
+        own = np.flatnonzero(self.tool == tool)
+        return self.motion(np.repeat(own[:, None], len(arm), axis=1), np.broadcast_to(arm, (len(own), *arm.shape)))
 
     @property
     def forced(self) -> Ints:

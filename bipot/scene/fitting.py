@@ -161,7 +161,7 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
     if force is not None:
         along = not body.geometry.reduction.ring or force.vector[0] == 0
         require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
-    if force is not None or (tool.turn is not None and tool.turn.driven_by is not None):
+    if force is not None or tool.turned_by is not None:
         at_rest = np.zeros(pose_size(x.shape[1]))
         gap = tool.distance(x, at_rest)
         depth = -float(gap[~tool.face.beyond(tool.own(x, at_rest))].min(initial=0.0))

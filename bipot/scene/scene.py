@@ -18,7 +18,7 @@ from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.fem.strainless import require_strained
+from bipot.fem.strainless import Held
 from bipot.laws.material import Material
 from bipot.meshes.mesh import Mesh
 from bipot.paths import corners
@@ -75,8 +75,8 @@ class Scene:
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
         self._check_axis()
-        held = self.holding.numbers, self.holding.axes
-        require_strained(self.mesh, self.geometry, self.rule, self.volume_change, *held)
+        held = Held(self.mesh, self.geometry, self.holding.numbers, self.holding.axes)
+        held.require_strained(self.rule, self.volume_change)
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)

@@ -37,6 +37,18 @@ ROUND = 120
 """Number of straights by which a whole circle is drawn."""
 
 
+def comes_out(turned: Floats, depth: Floats, length: Floats, gap: Floats, radius: float) -> Bools:
+    """Whether straight ways through a tool with a largest circle of this ``radius`` come out on another side of it (…).
+
+    The normals where a way enters and leaves, of which ``turned`` is the cosine, differ by more than PAST; or by more
+    than AROUND, and its ``depth`` is more than that of a chord of that angle in the circle; or the point touches the
+    tool neither before nor after, by the lesser ``gap``, and more than grazes it. A way along the surface, over its
+    ``length`` no deeper than SHALLOW, does not.
+    """
+    slid = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * radius))
+    return (depth > SHALLOW * length) & (slid | ((gap > OPEN * radius) & (depth > GRAZED * radius)))
+
+
 @dataclass(frozen=True)
 class Circle(Surface):
     """The circle around ``centre``: the tool is its inside, or if ``concave`` its outside.

@@ -24,7 +24,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
 from bipot.paths import require_components, vector
 from bipot.tensors import norm
-from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW, Circle
+from bipot.tools.circle import GRAZED, Circle, comes_out
 from bipot.tools.plane import farther
 from bipot.tools.profiles import wedge
 from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames, reflected
@@ -78,10 +78,10 @@ class Revolved(Surface):
         require_type(self.meridian, Surface, "revolved.meridian")
         plane = self.meridian.tips().centre.shape[-1] == 2
         require(plane, "revolved.meridian", self.meridian, "a surface of a plane: (distance from the axis, height)")
-        size = float(self.meridian.size(np.zeros(2), np.zeros(2)))
-        lines = self.meridian.lines(np.zeros(2), FAR * (1 + size))
-        beside = min(float(line[:, 0].min()) for line in lines) >= -ON_AXIS * size
-        sound = beside or self.meridian.mirrored(HALF, 0.0, ON_AXIS * size)
+        # A plane through the origin has no length of its own, and any will do.
+        lines = self.meridian.lines(np.zeros(2), FAR * (self._extent or 1.0))
+        beside = min(float(line[:, 0].min()) for line in lines) >= -ON_AXIS * self._extent
+        sound = beside or self.meridian.mirrored(HALF, 0.0, ON_AXIS * self._extent)
         allowed = "its own mirror image in the axis, r = 0, or at r >= 0"
         require(sound, "revolved.meridian", self.meridian, allowed)
 
@@ -124,7 +124,7 @@ class Revolved(Surface):
         tips = self.meridian.tips()
         solid = isinstance(self.meridian, Plane) and self.meridian.normal[0] > ACROSS
         thickness = -2 * float(self.meridian.gap(np.zeros(2), np.zeros(2))) if solid else tips.thickness
-        on = np.abs(tips.centre[:, 0]) <= ON_AXIS * (1 + tips.radius)
+        on = np.abs(tips.centre[:, 0]) <= ON_AXIS * self._extent
         angle = 2 * np.pi / RING * np.arange(RING)[:, None]
         first, second = frames(np.array([self.axis]))[0, 1:]
         ring = np.cos(angle) * first + np.sin(angle) * second
@@ -172,6 +172,11 @@ class Revolved(Surface):
             chosen = half[np.linspace(0, len(half) - 1, min(CIRCLES, len(half))).astype(int)]
             out += [self.point + r * ways + z * np.array(self.axis) for r, z in chosen[chosen[:, 0] > ON_AXIS * reach]]
         return out
+
+    @cached_property
+    def _extent(self) -> float:
+        """The magnitude of the meridian's places and lengths; zero of a plane through the origin."""
+        return float(self.meridian.size(np.zeros(2), np.zeros(2)))
 
     @property
     def _sphere(self) -> tuple[Vector, float, bool] | None:
@@ -252,9 +257,8 @@ def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: fl
 def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: Floats, by: Floats) -> Bools:
     """Whether points x (…, 3) that go straight ``by`` (…, 3) come through the tool and out on another side of it (…).
 
-    The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
-    enters and leaves differ by more than PAST; or by more than AROUND, and the way is deeper than a chord of
-    that angle in a sphere as thick; or the point touches the tool neither before nor after, and more than grazes it.
+    The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it; the rule is that of
+    :func:`bipot.tools.circle.comes_out`.
     """
     out = np.zeros(x.shape[:-1], dtype=bool)
     length = norm(by)
@@ -269,10 +273,6 @@ def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: F
     first, last = np.argmax(inside, axis=1), count - 1 - np.argmax(inside[:, ::-1], axis=1)
     rows = np.arange(len(x))
     turned = np.vecdot(found.normal[rows, first], found.normal[rows, last])
-    depth = -found.gap.min(axis=1)
-    radius = thickness / 2
-    far = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * radius))
-    open_at_both = (found.gap[:, [0, -1]] > OPEN * radius).all(axis=1)
-    grazes = open_at_both & (depth > GRAZED * radius)
-    out[near] = inside.any(axis=1) & (depth > SHALLOW * length) & (far | grazes)
+    depth, gap = -found.gap.min(axis=1), found.gap[:, [0, -1]].min(axis=1)
+    out[near] = inside.any(axis=1) & comes_out(turned, depth, length, gap, thickness / 2)
     return out

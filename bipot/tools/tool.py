@@ -14,7 +14,7 @@ from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_tup
 from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.friction import check_friction
-from bipot.tools.poses import Force, Turn, pose_size, rotation
+from bipot.tools.poses import Force, Moment, Turn, pose_size, rotation
 from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
 from bipot.typing import Floats, max_abs
 
@@ -103,6 +103,11 @@ class Tool:
     def goes_across(self, way: Floats) -> bool:
         """Whether the path has no component along a unit vector (d,), up to round-off."""
         return max_abs(self.stretches @ way) <= ACROSS * max_abs(self.stretches)
+
+    @property
+    def turned_by(self) -> Moment | None:
+        """The moment that drives the tool's turn, if one does."""
+        return None if self.turn is None else self.turn.driven_by
 
     @property
     def welded(self) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
 from bipot.tensors import norm
-from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
+from bipot.tools.circle import comes_out
 from bipot.tools.profiles.outline import pieces_of
 from bipot.tools.profiles.pieces import ProfilePieces
 from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
@@ -95,12 +95,7 @@ class Profile(Surface):
         return np.where(same[..., None], pieces.grown(start.piece, x, by), between)
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
-        """As :meth:`bipot.tools.surfaces.Surface.crossed`.
-
-        The normals where the straight way enters and leaves the tool differ by more than PAST; or by more than AROUND,
-        and the way is deeper than a chord of that angle in the largest circle in the tool; or the point touches the
-        tool neither before nor after, and more than grazes it (:mod:`bipot.tools.circle`).
-        """
+        """As :meth:`bipot.tools.surfaces.Surface.crossed`, by :func:`bipot.tools.circle.comes_out`."""
         met = self.pieces.met(x, by)
         # A way between two points of the line is inside without meeting it.
         out = np.array((met < 1).any(axis=-1) | (self.pieces.foot(x + by / 2).gap < 0))
@@ -174,11 +169,8 @@ class Profile(Surface):
         middle, way = (ends[:, 1:] + ends[:, :-1]) / 2, norm(np.diff(ends, axis=1))
         depth, normal = -self.pieces.foot(middle).gap, self.pieces.foot(ends).normal
         turned = np.vecdot(normal[:, 1:], normal[:, :-1])
-        gap = self.pieces.foot(ends[:, [0, -1]]).gap
-        open_at_both = (gap > OPEN * self.inner_radius).all(axis=1, keepdims=True)
-        through = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.inner_radius))
-        through |= open_at_both & (depth > GRAZED * self.inner_radius)
-        return np.any((depth > SHALLOW * way) & through, axis=1)
+        gap = self.pieces.foot(ends[:, [0, -1]]).gap.min(axis=1, keepdims=True)
+        return np.any(comes_out(turned, depth, way, gap, self.inner_radius), axis=1)
 
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""

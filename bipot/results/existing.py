@@ -1,0 +1,77 @@
+"""The run that a folder holds already, and whether another is to be gone on with, refused or replaced."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from bipot.errors import ResultsError
+from bipot.results.description import Parameters, as_json, describe, same_mesh
+from bipot.results.history import FIELDS, History, run_file
+from bipot.results.history import open as open_results
+from bipot.results.static import FORMAT
+from bipot.scene.scene import Scene
+
+CURVES = "history.csv"
+
+ABSENT, CHOICE = "absent", "choose another folder, or overwrite it (--overwrite)"
+
+
+class Existing(Enum):
+    """What to do with an existing run in the folder."""
+
+    REFUSE = "refuse"
+    RESUME = "resume"
+    OVERWRITE = "overwrite"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What identifies a run that is to be written, and must be the same in one that is gone on with."""
+
+    scene: Scene
+    parameters: Parameters
+    units: Mapping[str, str]
+    columns: tuple[str, ...]
+
+    def require_same(self, found: History, folder: Path) -> None:
+        """Refuse a run ``found`` of other parameters, units, scene or columns, or of a layout that is only read."""
+        if found.format != FORMAT:
+            raise ResultsError(f"{found.file}: was written by an older version and is not gone on with; {CHOICE}")
+        for what, stored, asked in (
+            ("", found.parameters, self.parameters),
+            ("units: ", found.units, self.units),
+            ("scene: ", found.scene, describe(self.scene)),
+            ("", {"columns": list(found.columns)}, {"columns": list(self.columns)}),
+        ):
+            for name in sorted(stored.keys() | asked.keys()):
+                old, new = (given.get(name, ABSENT) for given in (stored, asked))
+                if as_json(old) != as_json(new):
+                    raise ResultsError(f"{folder}: holds a run with {what}{name} = {old}, not {new}; {CHOICE}")
+        if not same_mesh(found.mesh, self.scene.mesh):
+            raise ResultsError(f"{folder}: holds a run on another mesh; {CHOICE}")
+
+
+def known(folder: Path, existing: Existing, asked: Asked) -> History | None:
+    """The run to go on with; None if a new one is to begin.
+
+    Raises:
+        ResultsError: the folder holds what is no run, or another than is ``asked``, or a run that ``existing`` refuses.
+    """
+    if existing is Existing.OVERWRITE:
+        return None
+    file = run_file(folder)
+    if not file.is_file():
+        if file.exists():
+            raise ResultsError(f"{file}: is no file; {CHOICE}")
+        if (folder / CURVES).exists():
+            raise ResultsError(f"{folder}: holds {CURVES} without {FIELDS}; {CHOICE}")
+        return None
+    found = open_results(file)
+    asked.require_same(found, folder)
+    if existing is Existing.REFUSE:
+        state = "a complete run" if found.complete else f"a run of {len(found)} increments, not complete"
+        raise ResultsError(f"{folder}: holds {state}: resume it (--resume), or overwrite it (--overwrite)")
+    return found
