@@ -107,7 +107,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Newton:
-    """The fastest form, which can cycle: then another form has to take over. ``linear`` factorises."""
+    """The form of the cheapest passes, which can cycle: then another form has to take over. ``linear`` factorises."""
 
     reuse: Reuse = Reuse()
     search: Search = Search()
