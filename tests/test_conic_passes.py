@@ -1,5 +1,7 @@
 """Near a solution the conic forms converge as Newton does: their models leave nothing out there."""
 
+from time import sleep
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,8 @@ from bipot import (
     march,
     upsetting,
 )
+from bipot.forms import tangent
+from bipot.increment import Trial
 
 STEEL = VonMises(Elasticity(210_000.0, 0.3), Perfect(300.0))
 
@@ -61,3 +65,20 @@ def test_a_tool_at_rest_does_not_rub_along_a_support(form):
     assert held.any()
     along_x = rested.solved.iterate.frames[held, 1:, 0] != 0
     assert (rested.solved.r[held, 1:][along_x] == 0).all()
+
+
+def test_newton_on_the_linearisation_counts_as_solving(monkeypatch):
+    """A pass near a solution states a matrix, and spends its time on factors: seconds are booked as with a program."""
+    solve = tangent.coupled
+
+    def slow(*given):
+        sleep(0.02)
+        return solve(*given)
+
+    monkeypatch.setattr(tangent, "coupled", slow)
+    passes: list[Trial] = []
+    scene = upsetting(mu=0.1, reduction=0.05, elements=2)
+    list(march(scene, Schedule(1), Control(Tangent(), ()), observe=passes.append))
+    near = [t.step.timing for t in passes if t.state.distance is not None and t.state.distance <= tangent.LINEAR]
+    assert near
+    assert all(timing.solve >= 0.02 for timing in near)
