@@ -6,19 +6,25 @@ import numpy as np
 import pytest
 
 from bipot import (
+    Circle,
     Control,
     Dissipation,
     Elasticity,
     Element,
     FlatTool,
+    Force,
     Geometry,
+    Moment,
     Newton,
     Perfect,
     Scene,
     Schedule,
+    ShapedTool,
     Support,
     Tangent,
+    Turn,
     VonMises,
+    block,
     brick,
     march,
     upsetting,
@@ -46,6 +52,17 @@ def test_the_last_pass_squares_the_error():
     *_, last = march(upsetting(mu=0.1, reduction=0.3, elements=4), Schedule(6, 0.01), Control(Tangent(), ()))
     assert last.passes >= 3
     assert last.solved.certificate.equilibrium < 1e-8
+
+
+def test_the_last_pass_squares_the_error_under_a_roll_that_nothing_turns():
+    """Of a roll without a moment no part is balanced beside that moment: near is what is small beside the forces."""
+    free = Turn(0.0, (0.5, 1.6), driven_by=Moment(0.0))
+    roll = ShapedTool(Circle((0.5, 1.6), 0.6), (0.0, 0.0), ("top",), 0.5, driven_by=Force((0.0, -150.0)), turn=free)
+    mesh, supports = block(1.0, 1.0, 2, 2, element=Element.Q8), (Support("base", 1), Support("left", 0))
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, STEEL, supports, (roll,))
+    *_, last = march(scene, Schedule(3), Control(Tangent(), ()))
+    assert last.passes >= 3
+    assert last.solved.certificate.equilibrium < 1e-9
 
 
 @pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=["newton", "tangent", "dissipation"])

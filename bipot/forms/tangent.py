@@ -149,9 +149,8 @@ def _raw(found: tuple[Floats, Floats] | None, timing: Timing) -> Raw | None:
 
 def _far(iterate: Iterate, r: Floats, distance: float) -> bool:
     """Whether the iterate and forces r (c, d) are far from a solution."""
-    beside = iterate.increment.system.body.space.beside
-    unbalanced = np.abs(beside(iterate.residual - iterate.rows.forces(r)))
-    return distance > LINEAR or bool((unbalanced > LINEAR * np.abs(beside(iterate.load))).any())
+    unbalanced = iterate.increment.system.body.space.beside(iterate.residual - iterate.rows.forces(r))
+    return distance > LINEAR or bool((np.abs(unbalanced) > LINEAR * iterate.driving(r)).any())
 
 
 def _shortened(
