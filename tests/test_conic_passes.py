@@ -4,6 +4,7 @@ from time import sleep
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from bipot import (
     Circle,
@@ -29,8 +30,10 @@ from bipot import (
     march,
     upsetting,
 )
-from bipot.forms import tangent
+from bipot.forms import dissipation, tangent
 from bipot.increment import Trial
+from bipot.programs.fixed_point import Route
+from studies.fuzz.shaped import draw_shaped
 
 STEEL = VonMises(Elasticity(210_000.0, 0.3), Perfect(300.0))
 
@@ -99,3 +102,32 @@ def test_newton_on_the_linearisation_counts_as_solving(monkeypatch):
     near = [t.step.timing for t in passes if t.state.distance is not None and t.state.distance <= tangent.LINEAR]
     assert near
     assert all(timing.solve >= 0.02 for timing in near)
+
+
+def test_a_driven_tool_that_the_program_leaves_in_the_air_comes_back():
+    """The exact linearisation has no spring for it: it took such a tool where the next program has no minimum."""
+    drawn = draw_shaped(980206)
+    control = Control(Dissipation(), (), cuts=0, integration=drawn.integration)
+    accepted = list(march(drawn.scene, drawn.schedule, control))
+    assert accepted[-1].state.tau == 1.0
+
+
+def test_the_energy_leads_on_where_the_linearisation_leads_nowhere(monkeypatch):
+    """Without a step after it, a pass of `dissipation` ends with the threshold of the last one, and errs by it."""
+    solve = dissipation.coupled
+
+    def symmetric(model, *given):
+        K = sp.csc_matrix(model.K)
+        return solve(model, *given) if abs(K - K.T).max() < 1e-9 * abs(K).max() else None
+
+    monkeypatch.setattr(dissipation, "coupled", symmetric)
+    passes: list[Trial] = []
+    list(
+        march(
+            upsetting(mu=0.1, reduction=0.05, elements=2),
+            Schedule(2),
+            Control(Dissipation(), ()),
+            observe=passes.append,
+        )
+    )
+    assert {t.step.coupled.route for t in passes} == {Route.EXACT}

@@ -29,6 +29,7 @@ from bipot.forms.posed import (
     distance_of,
     error_of,
     exact_model,
+    in_the_air,
     require_solver,
     solved,
     tangent_program,
@@ -45,8 +46,7 @@ NEARBY = 1e-4
 """Distance from equilibrium and law, in units of the program, to which Newton is tried even after a pass that rose."""
 
 LINEAR = 1e-2
-"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation, and
-the part of a driving force that may still be unbalanced: a tool in the air, that only the spring holds, is not near."""
+"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,8 @@ class Tangent:
 
     def _linearised(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw | None:
         """Exact friction on the exact linearisation; None far from a solution, and after a pass that led no nearer."""
-        if not self._skips or state.distance is None or state.rose or _far(iterate, r, state.distance):
+        astray = state.rose or state.distance is None or state.distance > LINEAR
+        if not self._skips or astray or in_the_air(iterate, r):
             return None
         began = clock.outside()
         model = exact_model(iterate, r, state, clock)
@@ -145,12 +146,6 @@ class Tangent:
 def _raw(found: tuple[Floats, Floats] | None, timing: Timing) -> Raw | None:
     """What Newton has ``found``, as the answer of a pass."""
     return None if found is None else Raw(*found, Claim.SOLVED, 0, timing, exact=True)
-
-
-def _far(iterate: Iterate, r: Floats, distance: float) -> bool:
-    """Whether the iterate and forces r (c, d) are far from a solution."""
-    unbalanced = iterate.increment.system.body.space.beside(iterate.residual - iterate.rows.forces(r))
-    return distance > LINEAR or bool((np.abs(unbalanced) > LINEAR * iterate.driving(r)).any())
 
 
 def _shortened(
