@@ -82,25 +82,8 @@ class Examined:
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
             + EPS * (max_abs(loads) + self._present),
             tool_residual=space.beside(residual),
-            tool_force=self._tool_force,
+            tool_force=self.iterate.driving(self.r),
         )
-
-    @cached_property
-    def _tool_force(self) -> Floats:
-        """The scales (m,) of the residuals of driven tools.
-
-        It is the driving force itself; for a moment, over its constant lever, the sum of the contact forces times their
-        arms if that is larger, as it is for a tool that rolls freely.
-        """
-        drives = self.increment.system.body.scene.drives
-        if not drives:
-            return np.zeros(0)
-        driving = np.abs(self.increment.system.body.space.beside(self.iterate.load))
-        if not drives.spins.any():
-            return driving
-        contacts = self.increment.system.candidates
-        arms = contacts.parts.sums(norm(self.iterate.meeting.arm) * norm(contacts.parts.spread(self.r)))
-        return np.maximum(driving, drives.spins * contacts.driven_sums(arms))
 
     @cached_property
     def _present(self) -> float:

@@ -1,8 +1,10 @@
 """The form `dissipation`: exact contact with a frozen threshold or shift, the material as its plastic dissipation.
 
 After its program, a pass takes one Newton step at the answer, on the exact linearisation with exact friction, and keeps
-it only if equilibrium and the law are then met better. Where the answer is still hardly nearer to the solution than the
-start of the pass, it takes more steps.
+it only if equilibrium and the law are then met better. Otherwise, and where a driven tool is in the air, the energy of
+the form `tangent` takes the place of the linearisation: it has a spring for such tools, and does not depend on contact
+forces, which an answer far from a solution may have quite wrong. Where the answer is still hardly nearer to the
+solution than the start of the pass, it takes more steps.
 """
 
 from __future__ import annotations
@@ -24,14 +26,18 @@ from bipot.forms.posed import (
     distance_of,
     error_of,
     exact_model,
+    in_the_air,
     require_solver,
     softly_placed,
     solved,
+    tangent_program,
 )
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Safeguard
+from bipot.programs.newton import Model
+from bipot.response import TangentKind
 from bipot.typing import Floats
 
 STEPS = 4
@@ -104,10 +110,20 @@ def _polished(state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
 
 def _improved(state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
     """The answer ``tried`` after one Newton step, if that is nearer to equilibrium and law."""
-    there, units = tried.iterate, state.units
+    there, r = tried.iterate, tried.r
     state = state.turned(there)
+    after = tried if in_the_air(there, r) else _stepped(exact_model(there, r, state, clock), state, tried, clock)
+    if after is not tried:
+        return after
+    program = tangent_program(there, state.terms(there, r), state, TangentKind.CONSISTENT, clock)
+    return _stepped(program.model, state, tried, clock)
+
+
+def _stepped(model: Model, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
+    """The answer ``tried`` after Newton's step on a ``model`` of it, if that is nearer to equilibrium and law."""
+    there, units = tried.iterate, state.units
     try:
-        found = coupled(exact_model(there, tried.r, state, clock), there, tried.r, state)
+        found = coupled(model, there, tried.r, state)
         if found is None:
             return tried
         forces = state.spread(found[1] * units.force)

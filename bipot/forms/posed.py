@@ -40,6 +40,9 @@ UNPUSHED = 1e-9
 SOFT = 1e-5
 """The stiffness of the spring over that of the tool's elastic support."""
 
+UNBALANCED = 1e-2
+"""The part of a driving force that may be unbalanced at a tool that the body holds, and not a spring alone."""
+
 SHIFTED = "no displacement satisfies the cones of friction with the shift of the last pass frozen in them"
 """Why a program with a frozen shift has no solution. The gaps may have one: it says nothing of tools and supports."""
 
@@ -195,6 +198,12 @@ def exact_model(iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> 
         K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
     f = (K @ iterate.x - iterate.residual) / units.force
     return Model(K * (units.length / units.force), f, state.rows.scaled(units))
+
+
+def in_the_air(iterate: Iterate, r: Floats) -> bool:
+    """Whether contact forces r (c, d) leave some of what drives a tool unbalanced: no exact linearisation holds it."""
+    unbalanced = iterate.increment.system.body.space.beside(iterate.residual - iterate.rows.forces(r))
+    return bool((np.abs(unbalanced) > UNBALANCED * iterate.driving(r)).any())
 
 
 def coupled(model: Model, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:

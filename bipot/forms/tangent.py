@@ -29,6 +29,7 @@ from bipot.forms.posed import (
     distance_of,
     error_of,
     exact_model,
+    in_the_air,
     require_solver,
     solved,
     tangent_program,
@@ -45,8 +46,7 @@ NEARBY = 1e-4
 """Distance from equilibrium and law, in units of the program, to which Newton is tried even after a pass that rose."""
 
 LINEAR = 1e-2
-"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation, and
-the part of a driving force that may still be unbalanced: a tool in the air, that only the spring holds, is not near."""
+"""Distance from equilibrium and law, in units of the program, from which on passes take the exact linearisation."""
 
 
 @dataclass(frozen=True)
@@ -83,14 +83,7 @@ class Tangent:
         """One proximal-Newton pass."""
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
-        raw = self._linearised(iterate, r, state, clock)
-        built = clock.outside()
-        if raw is None:
-            program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
-            built = clock.outside()
-            raw = self._coupled(iterate, r, state, program) or self._solved(
-                program, iterate, r[state.near], state.cache
-            )
+        raw = self._linearised(iterate, r, state, clock) or self._programmed(iterate, r, state, clock)
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
@@ -100,10 +93,18 @@ class Tangent:
             tried = Tried(there, forces, distance_of(there, forces, state))
         error = error_of(tried.iterate, tried.r, state)
         state = state.after(tried.iterate, tried.r, raw.exact and tried.whole, tried.distance)
-        build = built - began + raw.timing.build
+        build = raw.timing.build
         timing = Timing(build, clock.outside() - began - build, clock.seconds)
         report = state.coupling.report
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, report, error=error), state
+
+    def _programmed(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw:
+        """The answer to the pass's program, by Newton alone where this is exact."""
+        began = clock.outside()
+        program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
+        stated = Timing(build=clock.outside() - began)
+        raw = self._coupled(iterate, r, state, program) or self._solved(program, iterate, r[state.near], state.cache)
+        return replace(raw, timing=raw.timing + stated)
 
     def _solved(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
         """The polished answer to the cone program; r (f, d) are the last forces, returned if there are no contacts."""
@@ -124,13 +125,17 @@ class Tangent:
         None far from a solution after a pass that led no nearer, and with cvxpy, through which every pass goes.
         """
         astray = state.rose and state.distance is not None and state.distance > NEARBY
-        return None if astray or not self._skips else _raw(coupled(program.model, iterate, r, state))
+        return None if astray or not self._skips else _raw(coupled(program.model, iterate, r, state), Timing())
 
     def _linearised(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw | None:
         """Exact friction on the exact linearisation; None far from a solution, and after a pass that led no nearer."""
-        if not self._skips or state.distance is None or state.rose or _far(iterate, r, state.distance):
+        astray = state.rose or state.distance is None or state.distance > LINEAR
+        if not self._skips or astray or in_the_air(iterate, r):
             return None
-        return _raw(coupled(exact_model(iterate, r, state, clock), iterate, r, state))
+        began = clock.outside()
+        model = exact_model(iterate, r, state, clock)
+        stated = Timing(build=clock.outside() - began)
+        return _raw(coupled(model, iterate, r, state), stated)
 
     @property
     def _skips(self) -> bool:
@@ -138,16 +143,9 @@ class Tangent:
         return self.coupled and not isinstance(self.solver, Cvxpy)
 
 
-def _raw(found: tuple[Floats, Floats] | None) -> Raw | None:
+def _raw(found: tuple[Floats, Floats] | None, timing: Timing) -> Raw | None:
     """What Newton has ``found``, as the answer of a pass."""
-    return None if found is None else Raw(*found, Claim.SOLVED, 0, Timing(), exact=True)
-
-
-def _far(iterate: Iterate, r: Floats, distance: float) -> bool:
-    """Whether the iterate and forces r (c, d) are far from a solution."""
-    beside = iterate.increment.system.body.space.beside
-    unbalanced = np.abs(beside(iterate.residual - iterate.rows.forces(r)))
-    return distance > LINEAR or bool((unbalanced > LINEAR * np.abs(beside(iterate.load))).any())
+    return None if found is None else Raw(*found, Claim.SOLVED, 0, timing, exact=True)
 
 
 def _shortened(
