@@ -1,4 +1,4 @@
-"""What a pass of `tangent` solves, its program or the model that takes its place, and how far it goes along its step."""
+"""What a pass of `tangent` solves, its program or the model in its place, and how far it goes along its step."""
 
 from dataclasses import replace
 from functools import cache
