@@ -21,7 +21,7 @@ def trial(work, merit=1.0, contacts=1, landing=0.0):
         work=lambda along, r: work,
         merit=merit,
         miss=np.zeros((contacts, 2)),
-        landing=lambda pieces, driven: landing * driven[1],
+        landing=lambda pieces, driven: landing * driven.sum(),
         pieces=None,
         iterate=SimpleNamespace(increment=increment),
     )
