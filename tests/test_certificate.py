@@ -312,3 +312,25 @@ def test_a_large_coefficient_softens_the_scale_of_the_law():
     slip = 1e-3
     found = certified(contact_fields([[1.0, 0.0]], [[0.0, slip]], 3.0, stiffness=6.0), material_fields()[0])
     assert found.law == pytest.approx(2.0 * slip * np.hypot(3.0, 1.0))
+
+
+def test_the_cone_is_over_the_largest_force_of_the_run_and_the_law_over_that_of_the_increment():
+    """A pull of one on a closed contact: one outside of the cone, and by the law one too much."""
+    exact, _ = material_fields()
+    found = certified(contact_fields([[-1.0, 0.0]], [[0.0, 0.0]], largest=8.0, present=4.0), exact)
+    assert found.cone_violation == 1.0 / 8.0
+    assert found.law == 1.0 / 4.0
+
+
+def test_what_held_nodes_are_inside_tools_is_penetration_too():
+    exact, _ = material_fields()
+    shallow = contact_fields([[1.0, 0.0]], [[-0.1, 0.0]])
+    assert certified(replace(shallow, inside=0.2), exact, size=4.0).penetration == pytest.approx(0.05)
+    assert certified(replace(shallow, inside=0.05), exact, size=4.0).penetration == pytest.approx(0.025)
+
+
+@pytest.mark.parametrize(("blur", "hidden"), [(0.99, ()), (1.01, ("equilibrium",))])
+def test_a_measure_decides_while_round_off_is_less_than_its_bound(blur, hidden):
+    exact, _ = material_fields()
+    found = certified(EMPTY, exact, blur=blur * Bounds().equilibrium)
+    assert found.below_resolution(replace(Bounds.none(), equilibrium=Bounds().equilibrium)) == hidden
