@@ -156,3 +156,11 @@ def test_a_force_that_round_off_leaves_below_zero_has_no_friction_to_lose():
     pulls = np.zeros_like(last.solved.r)
     pulls[0, 0] = -1e-18
     assert cancelled(last.solved.iterate, pulls) == 0.0
+
+
+def test_a_weld_has_no_friction_to_lose():
+    """Its limit is infinite, and where nothing slips infinitely many times nothing would be no number."""
+    welded = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), np.inf, sampling=WEIGHTED)
+    supports = Support("base", 1), Support("left", 0)
+    scene = Scene(block(2.0, 1.0, 2, 1, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, supports, (welded,))
+    assert value(scene, last_of(scene, 1)) == 0.0

@@ -27,6 +27,7 @@ from bipot.forms import contact_penalty
 from bipot.forms.newton import Reuse
 from bipot.laws.coulomb import Status
 from bipot.marching import system_of
+from bipot.traction import tractions
 from tests.scenes import refused
 from tests.sheared import CONSTANT, INF, OROWAN, SHEAR, SHORT, SIGMA_Y, pressed, slab
 
@@ -161,3 +162,16 @@ def test_newton_takes_few_passes_with_caps(law, hardening):
     assert counts[0] <= 2.6 * len(steps)
     assert counts[1] <= 3.6 * len(steps)
     assert np.median(falls) < 0.1
+
+
+@pytest.mark.parametrize("law", [CONSTANT, OROWAN])
+def test_recovered_shear_is_below_the_cap_for_any_forces(law):
+    """With half as much friction again it is that of the law, to the last digit."""
+    solved = pressed(*law)[-1].solved
+    contacts, rows, nodes = solved.iterate.increment.system.candidates, solved.iterate.rows, solved.iterate.balanced
+    capped = np.abs(solved.r[:, 1]) > 0.999 * rows.cap
+    right, wrong = (
+        tractions(contacts, nodes, solved.r * (1.0, more), solved.r[:, 0] > 0, rows)[1][capped] for more in (1.0, 1.5)
+    )
+    assert np.isfinite(right).sum() >= 2
+    np.testing.assert_allclose(wrong, right, rtol=1e-9)
