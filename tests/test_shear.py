@@ -166,12 +166,11 @@ def test_newton_takes_few_passes_with_caps(law, hardening):
 
 @pytest.mark.parametrize("law", [CONSTANT, OROWAN])
 def test_recovered_shear_is_below_the_cap_for_any_forces(law):
-    """With half as much friction again it is that of the law, to the last digit."""
+    """With half as much friction again it is that of the law where this is capped."""
     solved = pressed(*law)[-1].solved
     contacts, rows, nodes = solved.iterate.increment.system.candidates, solved.iterate.rows, solved.iterate.balanced
     capped = np.abs(solved.r[:, 1]) > 0.999 * rows.cap
-    right, wrong = (
-        tractions(contacts, nodes, solved.r * (1.0, more), solved.r[:, 0] > 0, rows)[1][capped] for more in (1.0, 1.5)
-    )
-    assert np.isfinite(right).sum() >= 2
-    np.testing.assert_allclose(wrong, right, rtol=1e-9)
+    _, shear = tractions(contacts, nodes, solved.r * (1.0, 1.5), solved.r[:, 0] > 0, rows)
+    known = np.isfinite(shear) & capped
+    assert known.sum() >= 2
+    np.testing.assert_allclose(np.abs(shear[known]), law[1] * SHEAR, rtol=1e-9)
