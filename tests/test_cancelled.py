@@ -158,9 +158,13 @@ def test_a_force_that_round_off_leaves_below_zero_has_no_friction_to_lose():
     assert cancelled(last.solved.iterate, pulls) == 0.0
 
 
-def test_a_weld_has_no_friction_to_lose():
-    """Its limit is infinite, and where nothing slips infinitely many times nothing would be no number."""
-    welded = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), np.inf, sampling=WEIGHTED)
-    supports = Support("base", 1), Support("left", 0)
-    scene = Scene(block(2.0, 1.0, 2, 1, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, supports, (welded,))
-    assert value(scene, last_of(scene, 1)) == 0.0
+def test_a_weld_has_no_friction_to_lose_and_hides_none_that_another_tool_loses():
+    """Its limit is infinite: what little slips within its means, or nothing, would count infinitely often."""
+    platen = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), MU, sampling=WEIGHTED)
+    welded = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), np.inf, sampling=WEIGHTED)
+    mesh = block(4.0, 1.0, 2, 1, element=Element.Q8)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, STEEL, (), (platen, welded))
+    found = last_of(scene, 1)
+    slides = found.solved.r * (system_of(scene).candidates.tool == 0)[:, None]
+    assert value(scene, found) == pytest.approx(cancelled(found.solved.iterate, slides), rel=0.01)
+    assert value(scene, found) > 1e-3
