@@ -290,8 +290,8 @@ def test_each_resolution_is_what_round_off_of_forces_and_motions_may_give():
     assert found.yield_violation == exactly(2 * eps * np.abs(exact.stress).max() / surface)
     # A motion shorter than what forces move it by, and one that is itself all round-off.
     short = contact_fields([[2.0, -0.5]], [[0.0, 1e-10]], largest=5.0, present=4.0, stiffness=4.0)
-    found = certified(replace(short, blur=np.array([1e-9 * eps])), exact, blur=1e-8, work=1e3).resolution
-    by_motion, by_force = np.hypot(2.0, 0.5) * (1e-9 * eps + 1e-10), 1e-8 * 1e-10
+    found = certified(replace(short, blur=np.array([1e-11 * eps])), exact, blur=1e-2, work=1e3).resolution
+    by_motion, by_force = np.hypot(2.0, 0.5) * (1e-11 * eps + 1e-10), 1e-2 * 1e-11
     assert found.relative_gap == exactly((by_motion + by_force) / 1e3)
 
 
