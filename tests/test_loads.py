@@ -284,3 +284,13 @@ def test_a_bar_that_thins_passes_its_maximum_without_a_proof(configuration):
         list(march(scene, Schedule(4)))
     assert isinstance(caught.value, LimitPassed) == (configuration is Configuration.SMALL)
     assert 100 * 2 / np.sqrt(3) < 500 * caught.value.state.tau < 1.05 * 100 * 2 / np.sqrt(3)
+
+
+def test_what_is_prescribed_to_stay_is_not_shifted():
+    """It is held, as by a support."""
+    for displacement in (0.0, 0.1):
+        holding = bar(supports=(Prescribed("top", 1, displacement),)).holding
+        top = bar().mesh.boundary_nodes("top")
+        assert holding.held[top, 1].all()
+        assert holding.shifted.any() == (displacement != 0)
+        assert not holding.shifted[:, 0].any()
