@@ -21,6 +21,7 @@ from bipot import (
 )
 from bipot.certificate import Bounds
 from bipot.checks.examined import Examined
+from bipot.control.reason import ReasonKind
 from bipot.errors import IncrementFailed, UnsuitedForm
 from bipot.exchange import contact_problem
 from bipot.forms import contact_penalty
@@ -174,3 +175,11 @@ def test_recovered_shear_is_below_the_cap_for_any_forces(law):
     known = np.isfinite(shear) & capped
     assert known.sum() >= 2
     np.testing.assert_allclose(np.abs(shear[known]), law[1] * SHEAR, rtol=1e-9)
+
+
+def test_a_form_that_is_not_suited_leaves_no_doubt_of_the_answer_of_the_next():
+    """Only where a suited form strays may an answer be one of several."""
+    taken = next(march(slab(*OROWAN), SHORT, Control(Delassus(), (Newton(),))))
+    assert [reason.kind for reason in taken.reasons] == [ReasonKind.UNSUITED]
+    assert not taken.strayed
+    assert taken.unique
