@@ -143,6 +143,13 @@ def test_slip_that_turns_by_little_needs_no_new_factor(monkeypatch: pytest.Monke
     assert fewer <= 2 / 3 * more
 
 
+def test_what_touches_without_a_force_is_closed() -> None:
+    """Else nothing would hold a body that only contacts hold."""
+    rows = rows_of(np.eye(3), np.zeros((3, 3)), np.zeros(3), np.zeros(3), 0.3)
+    gaps = np.array([[-1e-12, 0.0], [0.0, 0.0], [1e-12, 0.0]])
+    assert Pieces.of(rows, gaps, np.zeros((3, 2)), np.ones(3)).closed.tolist() == [True, True, False]
+
+
 def test_open_contacts_of_a_model_carry_exactly_nothing() -> None:
     """What the solution of their rows leaves is round-off, which a certificate of a body without force would see."""
     apart = 0
