@@ -72,7 +72,7 @@ def test_where_the_expected_rate_is_too_slow_it_looks_late_first():
 
 @pytest.mark.parametrize("expected", [0.5, 1.5, 3.0])
 def test_a_gap_that_closes_faster_and_faster_is_left_open_by_no_more_than_the_tolerance(expected):
-    """By secants, of which those that overshoot are halved; where the expected rate is too fast it looks early first."""
+    """By secants, of which those that overshoot are halved; where too fast a rate is expected it looks early first."""
 
     def gap(tau):
         return 1 - 0.8 * tau - tau**2
