@@ -156,3 +156,15 @@ def test_a_force_that_round_off_leaves_below_zero_has_no_friction_to_lose():
     pulls = np.zeros_like(last.solved.r)
     pulls[0, 0] = -1e-18
     assert cancelled(last.solved.iterate, pulls) == 0.0
+
+
+def test_a_weld_has_no_friction_to_lose_and_hides_none_that_another_tool_loses():
+    """Its limit is infinite: what little slips within its means, or nothing, would count infinitely often."""
+    platen = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), MU, sampling=WEIGHTED)
+    welded = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), np.inf, sampling=WEIGHTED)
+    mesh = block(4.0, 1.0, 2, 1, element=Element.Q8)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, STEEL, (), (platen, welded))
+    found = last_of(scene, 1)
+    slides = found.solved.r * (system_of(scene).candidates.tool == 0)[:, None]
+    assert value(scene, found) == pytest.approx(cancelled(found.solved.iterate, slides), rel=0.01)
+    assert value(scene, found) > 1e-3

@@ -162,3 +162,35 @@ def test_little_travel_is_as_much_as_none_for_a_body_that_rests_on_it(way):
     """The iteration began where the body was left behind: its last motion, none, was taken for another start."""
     still, moved = (list(march(upset(by, 0.2, 150.0), Schedule(3), Control(Newton(), ()))) for by in ((0.0, 0.0), way))
     assert [a.passes for a in moved] == [a.passes for a in still]
+
+
+@pytest.mark.parametrize(
+    ("lid", "mu", "force", "gone"),
+    [
+        ((0.3, -0.4), 0.2, 0.0, (0.3, -0.4)),
+        ((0.3, -0.4), 0.0, 0.0, (0.0, -0.4)),  # without friction along normals alone
+        ((0.1, -0.4), 0.2, 0.0, (0.1, -0.4)),  # the shortest mean of both ways
+        ((0.3, 0.0), 0.2, 60.0, (0.3, -0.4)),  # what a force drives goes with the body
+        ((0.0, 0.0), 0.2, 0.0, (0.0, 0.0)),  # one rests
+    ],
+)
+def test_tools_take_a_body_along_by_what_they_have_in_common(lid, mu, force, gone):
+    """The floor goes by (0.3, -0.4)."""
+    by = Force((0.0, -force)) if force else None
+    scene = upset((0.3, -0.4), mu)
+    scene = replace(scene, tools=(replace(scene.tools[0], travel=lid, driven_by=by), scene.tools[1]))
+    system = system_of(scene)
+    np.testing.assert_allclose(Increment(system, system.rest(), 1.0).tools.gone, gone, atol=1e-12)
+
+
+def test_slips_on_flat_tools_begin_at_once_also_beside_curved_ones():
+    """On a roll they begin where it lands."""
+    lid = FlatTool((0.0, 1.05), (0.0, -1.0), (0.0, -0.1), ("top",), 0.2)
+    roll = ShapedTool(Circle((3.05, 0.5), 1.0), (-0.1, 0.0), ("right",), 0.2)
+    scene = Scene(block(2.0, 1.0, 6, 2), Geometry.PLANE_STRAIN, METAL, (STILL, Support("base", 1)), tools=(lid, roll))
+    system = system_of(scene)
+    tools, flat = Increment(system, system.rest(), 1.0).tools, system.candidates.tool == 0
+    left = tools.left(tools.path)
+    np.testing.assert_array_equal(left[flat], system.rest().gap[flat])
+    assert left[flat] == pytest.approx(np.full(flat.sum(), 0.05))
+    assert left[~flat].min() == pytest.approx(0.0, abs=1e-9)

@@ -205,3 +205,16 @@ def test_flow_that_goes_on_past_a_corner_of_the_path_is_carried_on():
     )
     assert corner.solved.response.state is not corner.start
     np.testing.assert_allclose(forces(steps), forces(straight), rtol=1e-5)
+
+
+@pytest.mark.parametrize("mu", [0.3, np.inf])
+def test_the_scale_of_dissipation_is_the_energy_taken_up_and_stored(mu):
+    """By E and nu: twice the stored energy is ((1 + nu) sigma : sigma - nu (tr sigma)^2)/E. A weld dissipates none."""
+    a = run(mu)[-1]
+    sigma, kin = a.state.stress, a.solved.response.kinematics
+    young, nu = 210_000.0, 0.3
+    stored = ((1 + nu) * (sigma**2).sum(axis=-1) - nu * sigma[..., :3].sum(axis=-1) ** 2) / (2 * young)
+    taken = np.abs((sigma * kin.strain).sum(axis=-1))
+    found = Dissipated.of(a.start, a.solved)
+    assert found.scale == pytest.approx(float((kin.volume * (taken + stored)).sum()), rel=1e-9)
+    assert (found.friction == 0.0) == np.isinf(mu)

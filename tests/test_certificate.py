@@ -1,6 +1,7 @@
 """Each measure of the certificate rises by the right amount under a planted error of known size."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -271,3 +272,67 @@ def test_nan_is_never_within_bounds():
 def test_welded_points_count_the_work_on_the_motion_they_forbid():
     contact = contact_fields([[-1.0, 5.0]], [[0.1, -0.2]], np.inf, tied=True)
     assert contact_gaps(contact) == pytest.approx(0.1 + 1.0)
+
+
+def test_each_resolution_is_what_round_off_of_forces_and_motions_may_give():
+    """By hand: forces are good to 1e-8, the motion to 1e-9; on springs of 4 forces move it by a quarter of theirs."""
+    exact, _ = material_fields()
+    exactly = partial(pytest.approx, rel=1e-9, abs=0.0)
+    eps, slip = 8 * np.finfo(float).eps, 3e-4
+    contact = contact_fields([[2.0, -0.5]], [[0.0, slip]], largest=5.0, present=4.0, stiffness=4.0)
+    found = certified(replace(contact, blur=np.array([1e-9])), exact, force=2.0, blur=1e-8, work=1e3).resolution
+    assert found.equilibrium == exactly(1e-8 / 2.0)
+    assert found.cone_violation == exactly(1e-8 / 5.0)
+    assert found.law == exactly((1e-8 + 4.0 * 1e-9) / 4.0)
+    by_motion, by_force = np.hypot(2.0, 0.5) * (1e-9 + 1e-8 / 4.0), 1e-8 * slip
+    assert found.relative_gap == exactly((by_motion + by_force) / 1e3)
+    surface = float(HARDENING.yield_stress(exact.peeq)[0])
+    assert found.yield_violation == exactly(2 * eps * np.abs(exact.stress).max() / surface)
+    # A motion shorter than what forces move it by, and one that is itself all round-off.
+    short = contact_fields([[2.0, -0.5]], [[0.0, 1e-10]], largest=5.0, present=4.0, stiffness=4.0)
+    found = certified(replace(short, blur=np.array([1e-11 * eps])), exact, blur=1e-2, work=1e3).resolution
+    by_motion, by_force = np.hypot(2.0, 0.5) * (1e-11 * eps + 1e-10), 1e-2 * 1e-11
+    assert found.relative_gap == exactly((by_motion + by_force) / 1e3)
+
+
+def test_where_nothing_may_touch_no_contact_force_has_round_off():
+    exact, _ = material_fields()
+    none = replace(
+        contact_fields([[0.0, 0.0]], [[0.0, 0.0]], largest=1.0),
+        **{name: np.zeros((0, *shape)) for name, shape in {"r": (2,), "motion": (2,), "mu": (), "cap": ()}.items()},
+        tied=np.zeros(0, dtype=bool),
+        stiffness=np.zeros(0),
+        blur=np.zeros(0),
+    )
+    found = certified(none, exact, blur=1e-8, work=1e3).resolution
+    assert (found.cone_violation, found.law, found.relative_gap) == (0.0, 0.0, 0.0)
+    assert found.equilibrium == 1e-8
+
+
+def test_a_large_coefficient_softens_the_scale_of_the_law():
+    """Within the cone nothing is cut off: the residual is rho (mu |u_t|, u_t), with rho a third of the stiffness."""
+    slip = 1e-3
+    found = certified(contact_fields([[1.0, 0.0]], [[0.0, slip]], 3.0, stiffness=6.0), material_fields()[0])
+    assert found.law == pytest.approx(2.0 * slip * np.hypot(3.0, 1.0))
+
+
+def test_the_cone_is_over_the_largest_force_of_the_run_and_the_law_over_that_of_the_increment():
+    """A pull of one on a closed contact: one outside of the cone, and by the law one too much."""
+    exact, _ = material_fields()
+    found = certified(contact_fields([[-1.0, 0.0]], [[0.0, 0.0]], largest=8.0, present=4.0), exact)
+    assert found.cone_violation == 1.0 / 8.0
+    assert found.law == 1.0 / 4.0
+
+
+def test_what_held_nodes_are_inside_tools_is_penetration_too():
+    exact, _ = material_fields()
+    shallow = contact_fields([[1.0, 0.0]], [[-0.1, 0.0]])
+    assert certified(replace(shallow, inside=0.2), exact, size=4.0).penetration == pytest.approx(0.05)
+    assert certified(replace(shallow, inside=0.05), exact, size=4.0).penetration == pytest.approx(0.025)
+
+
+@pytest.mark.parametrize(("blur", "hidden"), [(0.99, ()), (1.01, ("equilibrium",))])
+def test_a_measure_decides_while_round_off_is_less_than_its_bound(blur, hidden):
+    exact, _ = material_fields()
+    found = certified(EMPTY, exact, blur=blur * Bounds().equilibrium)
+    assert found.below_resolution(replace(Bounds.none(), equilibrium=Bounds().equilibrium)) == hidden

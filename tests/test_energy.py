@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -170,6 +171,27 @@ def test_a_curved_tool_that_touches_nothing_takes_no_work_away(increments):
         found.append(list(march(scene, Schedule(increments)))[-1].energies)
     np.testing.assert_allclose(list(vars(found[1]).values()), list(vars(found[0]).values()), rtol=1e-9)
     assert found[0].friction > 0.4 * found[0].work
+
+
+def test_the_work_of_a_curved_tool_is_that_of_the_mean_of_its_forces_at_start_and_end():
+    """Along its way, while what touches it keeps touching: forces turn from one normal to the next as nodes slip."""
+    roll = ShapedTool(
+        Circle((1.0, 1.5), 0.5), (0.2, -0.1), ("top",), 0.1, ((0.0, (0.0, 0.0)), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+    )
+    held = (Support("base", 0), Support("base", 1))
+    scene = Scene(
+        block(2.0, 1.0, 8, 4), Geometry.PLANE_STRAIN, VonMises(Elasticity(1e3, 0.3), Linear(3.0, 30.0)), held, (roll,)
+    )
+    compared = 0
+    for before, after in pairwise(march(scene, Schedule(20))):
+        closed = [accepted.solved.r[:, 0] > 0 for accepted in (before, after)]
+        if np.array_equal(*closed) and after.tool_forces[0, 0] != 0:
+            way = after.poses[0, :2] - before.poses[0, :2]
+            mean = (before.tool_forces[0] + after.tool_forces[0]) / 2
+            done = after.energies.work - before.energies.work
+            assert done == pytest.approx(float(mean @ way), rel=1e-6)
+            compared += 1
+    assert compared > 3
 
 
 PRESSED = {

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bipot.energy import Energies, Rule, start_limit
+from bipot.energy import Energies, Rule, in_touch, start_limit
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
@@ -27,7 +27,7 @@ from studies.fuzz.judge import Ran
 from studies.fuzz.record import setting_of, step_of
 from studies.fuzz.solid import measured
 from studies.independent.increment import measure
-from tests.scenes import scene, tool
+from tests.scenes import last, scene, tool
 from tests.sheared import CONSTANT, OROWAN, SHORT, slab
 
 MU = 0.2
@@ -264,3 +264,13 @@ def test_the_fuzz_study_s_own_sums_see_what_begins_to_slide():
         steps = marched(asked, 1, tool_above.path)
         assert max(m.energies for m in measured(Ran(asked, steps, ""))) < 1e-9
         assert steps[-1].energies.friction > 1.5 * steps[1].energies.friction
+
+
+def test_what_a_penalty_lets_a_point_sink_into_its_tool_belongs_to_the_way_in_touch():
+    """A platen that goes a quarter of its way through the air is in touch for three, soft as its penalty may be."""
+    platen = tool(point=(0.0, 1.0005), travel=(0.001, -0.002))
+    landed = last(scene(tools=(platen,)), Schedule(1), Penalty(3e5, 3e5))
+    depth = -landed.solved.iterate.motion[:, 0]
+    assert landed.start.tau == 0
+    assert (depth > 1e-5).all()
+    np.testing.assert_allclose(in_touch(landed.start, landed.solved.iterate, landed.solved.r), 0.75)

@@ -167,6 +167,8 @@ def test_a_hardening_that_saturates_has_the_limit_load_of_its_last_yield_stress(
     with pytest.raises(LimitPassed) as caught:
         pushed(1.5 * LIMIT_LOAD, cuts=0, mu=0.0, hardening=Voce(300.0, 100.0, 8.0))
     assert caught.value.fraction == pytest.approx(400.0 / 450.0, rel=1e-8)
+    # The motion of the proof is that of the tool on which the load gains one.
+    assert abs(caught.value.translation[0]) * 1.5 * LIMIT_LOAD == pytest.approx(1.0, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -217,7 +217,7 @@ def test_the_direction_of_a_slip_too_small_to_have_one_multiplies_no_error(dim):
         for along in (tiny, -force[1:])
     )
     assert by_slip > 0.5
-    assert by_friction == pytest.approx(1e-14)
+    assert by_friction == pytest.approx(1e-14, abs=0.0)
     edge = posed(np.eye(dim), velocity - force, mu, dim)
     assert fuzz_coulomb.law_error(edge, force) < 1e-14
 

@@ -1,5 +1,6 @@
 """One increment: what an observer sees of its passes, and where its first one starts."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -66,6 +67,18 @@ def test_a_velocity_that_leads_away_is_kept_instead_of_extrapolated(change, kept
     iterate = begin(Increment(system, state, state.tau + state.length), Pace(before), Bounds())
     expected = state.rates if kept else state.rates + turned
     np.testing.assert_allclose(iterate.x, system.body.space.gather(expected * state.length), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("stretch", "taken"), [(0.5, True), (9.0, False)])
+def test_a_prediction_that_strains_the_body_by_more_than_an_answer_may_is_no_start(stretch, taken):
+    """Then it starts as its supports and tools carry it: nowhere, as the base rests."""
+    moving = scene(tools=(tool(travel=(0.0, -1e-3)),))
+    state, system = next(march(moving, Schedule(2), Control(Newton()))).state, system_of(moving)
+    velocity = np.zeros_like(state.velocity)
+    velocity[:, 1] = stretch * state.nodes[:, 1] / 0.25
+    increment = Increment(system, replace(state, du=state.length * velocity), state.tau + 0.25)
+    found = begin(increment, Pace(), Bounds())
+    assert np.abs(found.x).max() == pytest.approx(stretch * state.nodes[:, 1].max() if taken else 0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("early", [1e-1, 1e-3, 1e-6])

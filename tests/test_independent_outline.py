@@ -69,8 +69,8 @@ def test_next_to_a_sharp_corner_a_point_is_inside_or_outside(inside):
 def test_slips_of_a_billionth_are_no_differences_of_places():
     ball, by = disc((0.0, 5.0), 5.0, hollow=False), np.array([[1e-9, 0.0]])
     opened, slid = ball.slid(np.array([[0.0, 0.0]]), by)[0]
-    assert slid == pytest.approx(-1e-9, rel=1e-12)
-    assert opened == pytest.approx(1e-19, rel=1e-9)
+    assert slid == pytest.approx(-1e-9, rel=1e-12, abs=0.0)
+    assert opened == pytest.approx(1e-19, rel=1e-9, abs=0.0)
 
 
 def tool_of(outline, gone, begun=(0.0, 0.0, 0.0), centre=(0.0, 0.0)):

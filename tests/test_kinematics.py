@@ -95,3 +95,30 @@ def test_an_inverting_increment_names_the_element_and_the_place():
     mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
     with pytest.raises(InvertedElement, match=r"element \d at \(.*\): Jacobian determinant"):
         run(mesh, mesh.nodes * np.array([0.0, -1.5]))
+
+
+def test_an_increment_that_inverts_at_its_middle_is_refused_though_its_end_is_not_folded():
+    """With F = diag(-2, -1/2) the gradient at the end is H = diag(3/2, 3), and I - H/2 turns one side over."""
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
+    with pytest.raises(InvertedElement, match="at the middle over that at the end"):
+        run(mesh, mesh.nodes * np.array([-3.0, -1.5]))
+
+
+def test_the_places_of_strain_and_equilibrium():
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
+    du = 0.1 * mesh.nodes
+    placed = Configuration.MIDPOINT.measure.placements(mesh.nodes, du)
+    np.testing.assert_allclose(placed["at the middle of the increment"], 1.05 * mesh.nodes)
+    np.testing.assert_allclose(placed["at the end of the increment"], 1.1 * mesh.nodes)
+    placed = Configuration.PAPER.measure.placements(mesh.nodes, du)
+    np.testing.assert_array_equal(placed["at the start of the increment"], mesh.nodes)
+
+
+@pytest.mark.parametrize("geometry", [Geometry.PLANE_STRAIN, Geometry.AXISYMMETRIC])
+def test_the_volume_before_is_that_of_the_start_to_third_order(geometry):
+    """2 tanh(x/2) stands for each logarithm x: volumes are off by the sum of x^3/12."""
+    mesh, grown = block(2.0, 1.0, 2, 1, element=Element.Q8), np.array([0.02, 0.03])
+    kin = run(mesh, mesh.nodes * grown, geometry)
+    start = run(mesh, 0 * mesh.nodes, geometry).volume
+    logs = np.log1p(grown if geometry is Geometry.PLANE_STRAIN else grown[[0, 0, 1]])
+    np.testing.assert_allclose(kin.volume_before / start - 1, (logs**3).sum() / 12, rtol=0.02)

@@ -284,3 +284,13 @@ def test_a_bar_that_thins_passes_its_maximum_without_a_proof(configuration):
         list(march(scene, Schedule(4)))
     assert isinstance(caught.value, LimitPassed) == (configuration is Configuration.SMALL)
     assert 100 * 2 / np.sqrt(3) < 500 * caught.value.state.tau < 1.05 * 100 * 2 / np.sqrt(3)
+
+
+def test_what_is_prescribed_to_stay_is_not_shifted():
+    """It is held, as by a support, also where another one of the same node moves."""
+    holding = bar(supports=(Prescribed("top", 1, 0.0), Prescribed("right", 0, 0.1))).holding
+    top, right = (bar().mesh.boundary_nodes(name) for name in ("top", "right"))
+    assert np.isin(top, right).any()
+    assert holding.held[top, 1].all()
+    assert not holding.shifted[:, 1].any()
+    assert (np.flatnonzero(holding.shifted[:, 0]) == np.sort(right)).all()

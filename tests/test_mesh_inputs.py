@@ -8,6 +8,7 @@ import pytest
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
+from bipot.scene.loads import PointForce, Pressure, Traction
 from bipot.scene.supports import Support
 from tests.scenes import refused, scene, tool
 
@@ -155,3 +156,18 @@ def test_a_tool_may_not_touch_an_edge_inside_the_body_nor_one_edge_by_two_names(
     again = renumbered(SQUARE, boundaries=edges | {"lid": TOP[:1]})
     refused(lambda: scene(mesh=again, tools=(tool(candidates=("top", "lid")),)), "boundaries without a common edge")
     assert scene(mesh=inside, supports=(Support("inside", 1),)).holding.numbers.size == 3
+
+
+@pytest.mark.parametrize(
+    ("load", "field"),
+    [(Traction("inside", (0.0, 1.0)), r"traction\.boundary"), (Pressure("inside", 1.0), r"pressure\.boundary")],
+)
+def test_a_load_may_not_act_on_an_edge_inside_the_body(load, field):
+    """It would act on one of two elements, or on both."""
+    inside = renumbered(SQUARE, boundaries=dict(SQUARE.boundaries) | {"inside": inner_edge(SQUARE)})
+    refused(lambda: scene(mesh=inside, loads=(load,)), rf"{field}.*lies between two")
+
+
+def test_the_first_number_beyond_the_nodes_is_no_node():
+    assert scene(loads=(PointForce(len(SQUARE.nodes) - 1, (0.0, 1.0)),)).loads
+    refused(lambda: scene(loads=(PointForce(len(SQUARE.nodes), (0.0, 1.0)),)), r"point force\.node")

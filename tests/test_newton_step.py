@@ -143,6 +143,40 @@ def test_slip_that_turns_by_little_needs_no_new_factor(monkeypatch: pytest.Monke
     assert fewer <= 2 / 3 * more
 
 
+def test_what_is_dragged_along_a_support_slides_even_from_inside_of_its_disc() -> None:
+    """No unknown moves it along the first tangent: friction is mu r_n against the slip, and y is not stretched."""
+    rows = rows_of(np.array([[1.0, 0.0]]), np.diag([0.0, 1.0]), np.zeros(1), np.array([0.1, 0.0]), 0.3)
+    assert rows.dragged.all()
+    motion, r = np.array([[0.0, 0.1, 0.0]]), np.array([[1.0, 0.0, 0.0]])
+    pieces = Pieces.of(rows, motion, r, np.ones(1))
+    np.testing.assert_allclose(pieces.value(motion, r), [[0.0, 0.3, 0.0]])
+    np.testing.assert_allclose(pieces.disc.by_point[0], np.diag([0.0, 1.0]), atol=1e-15)
+    held = replace(rows, slip=np.zeros((1, 2)))
+    assert not Pieces.of(held, 0 * motion, r, np.ones(1)).disc.slides.any()
+
+
+def test_what_touches_without_a_force_is_closed() -> None:
+    """Else nothing would hold a body that only contacts hold."""
+    rows = rows_of(np.eye(3), np.zeros((3, 3)), np.zeros(3), np.zeros(3), 0.3)
+    gaps = np.array([[-1e-12, 0.0], [0.0, 0.0], [1e-12, 0.0]])
+    assert Pieces.of(rows, gaps, np.zeros((3, 2)), np.ones(3)).closed.tolist() == [True, True, False]
+
+
+def test_open_contacts_of_a_model_carry_exactly_nothing() -> None:
+    """What the solution of their rows leaves is round-off, which a certificate of a body without force would see."""
+    apart = 0
+    for seed in range(5):
+        model = model_in_space(np.random.default_rng(seed), 12)
+        model = model._replace(f=np.repeat([1.0, -1.0], 18) * model.f)
+        found = minimised(
+            model, lambda u, r, m=model: Pieces.of(m.rows, u, r, np.ones(12)), np.zeros(36), np.zeros((12, 3))
+        )
+        opened = model.rows.motion(found.x)[:, 0] > 1e-6
+        assert (found.r[opened] == 0).all()
+        apart += opened.sum()
+    assert apart > 5
+
+
 @settings(deadline=None, derandomize=True, max_examples=25)
 @given(st.integers(2, 30), st.integers(0, 10_000))
 def test_pattern_solves_unsymmetric_systems(n: int, seed: int) -> None:

@@ -1,5 +1,7 @@
 """One program, several routes: cvxpy statement, direct Clarabel, condensed, polished. All agree to 1e-7."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -229,3 +231,21 @@ def test_scaling_a_program_scales_its_answer():
 def test_bad_accuracy_is_refused(make, words):
     with pytest.raises(SceneError, match=words):
         make()
+
+
+def test_forces_from_the_duals_of_shifted_cones_balance_the_program():
+    """At the optimum K dU - f = G' r, with r within the cone of friction, and none where the shifted cone is open."""
+    program, shift = posed(0.3).tangent, 0.05
+    rows = replace(program.contact.rows, slip=np.full(program.contact.rows.slip.shape, 0.2))
+    terms = ContactTerms(rows, program.contact.threshold, np.full(len(rows.frictional), shift))
+    shifted = replace(program, contact=terms)
+    answer = solve_once(shifted.conic(), Accuracy(1e-11))
+    x, r = answer.block(Block.DISPLACEMENT), terms.contact_forces(answer)
+    largest = np.abs(r).max()
+    assert np.abs(r[:, 1]).max() > 1e-2 * largest
+    assert np.abs(program.K @ x - program.f - rows.forces(r)).max() < 1e-7 * largest
+    assert (np.abs(r[:, 1]) <= 0.3 * r[:, 0] + 1e-7 * largest).all()
+    motion = rows.motion(x)[rows.frictional]
+    opened = motion[:, 0] + shift - 0.3 * np.abs(motion[:, 1])
+    assert opened.min() > -1e-7
+    assert np.abs(opened * r[rows.frictional, 0]).max() < 1e-6 * largest

@@ -7,7 +7,7 @@ import pytest
 
 from bipot.errors import InfeasibleProgram, InvertedElement, SceneError
 from bipot.fem.assembly import element_force
-from bipot.fem.elements import RULES, tabulated
+from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VOLUMES, Projection, VolumeChange
 from bipot.fem.reduction import Geometry
@@ -217,3 +217,14 @@ def test_an_element_of_which_a_trial_leaves_the_volume_of_one_point_is_told():
     weight[1, 0] = 2e31
     with pytest.raises(InvertedElement, match=r"element 1: a point's volume is 2e\+31 of another's"):
         projection.at(weight)
+
+
+@pytest.mark.parametrize(("scale", "place", "off"), [(1e-8, 0.0, 1e-10), (1e8, 0.0, 1e-10), (1.0, 1e5, 1e-8)])
+def test_the_projection_depends_on_neither_units_nor_place(scale, place, off):
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
+    table, values = tabulated(Element.Q8, Quadrature.GAUSS3), np.random.default_rng(0).normal(size=(2, 9))
+    found = [
+        Projection.of(VolumeChange.P1, nodes, mesh.elements, table).at(np.ones((2, 9))).of(values)
+        for nodes in (mesh.nodes, scale * mesh.nodes + place)
+    ]
+    np.testing.assert_allclose(found[1], found[0], atol=off)

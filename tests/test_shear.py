@@ -21,12 +21,14 @@ from bipot import (
 )
 from bipot.certificate import Bounds
 from bipot.checks.examined import Examined
+from bipot.control.reason import ReasonKind
 from bipot.errors import IncrementFailed, UnsuitedForm
 from bipot.exchange import contact_problem
 from bipot.forms import contact_penalty
 from bipot.forms.newton import Reuse
 from bipot.laws.coulomb import Status
 from bipot.marching import system_of
+from bipot.traction import tractions
 from tests.scenes import refused
 from tests.sheared import CONSTANT, INF, OROWAN, SHEAR, SHORT, SIGMA_Y, pressed, slab
 
@@ -161,3 +163,23 @@ def test_newton_takes_few_passes_with_caps(law, hardening):
     assert counts[0] <= 2.6 * len(steps)
     assert counts[1] <= 3.6 * len(steps)
     assert np.median(falls) < 0.1
+
+
+@pytest.mark.parametrize("law", [CONSTANT, OROWAN])
+def test_recovered_shear_is_below_the_cap_for_any_forces(law):
+    """With half as much friction again it is that of the law where this is capped."""
+    solved = pressed(*law)[-1].solved
+    contacts, rows, nodes = solved.iterate.increment.system.candidates, solved.iterate.rows, solved.iterate.balanced
+    capped = np.abs(solved.r[:, 1]) > 0.999 * rows.cap
+    _, shear = tractions(contacts, nodes, solved.r * (1.0, 1.5), solved.r[:, 0] > 0, rows)
+    known = np.isfinite(shear) & capped
+    assert known.sum() >= 2
+    np.testing.assert_allclose(np.abs(shear[known]), law[1] * SHEAR, rtol=1e-9)
+
+
+def test_a_form_that_is_not_suited_leaves_no_doubt_of_the_answer_of_the_next():
+    """Only where a suited form strays may an answer be one of several."""
+    taken = next(march(slab(*OROWAN), SHORT, Control(Delassus(), (Newton(),))))
+    assert [reason.kind for reason in taken.reasons] == [ReasonKind.UNSUITED]
+    assert not taken.strayed
+    assert taken.unique

@@ -15,6 +15,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written, upsetting
 from bipot.paths import Amplitude
 from bipot.scene.loads import BodyForce, Pressure
+from bipot.tensors import equivalent_stress
 from bipot.tools.poses import Force
 from tests.scenes import refused, scene, tool
 
@@ -139,6 +140,27 @@ def test_a_start_with_forces_along_what_is_held_is_refused():
     forces[~system_of(pressed).candidates.tangent_free, 1] = 1e12
     with pytest.raises(SceneError, match=r"start.forces = 'tangential ones'"):
         march(pressed, Schedule(2), start=replace(state, forces=forces))
+
+
+@pytest.mark.parametrize(("off", "within"), [(0.9, True), (1.1, False)])
+def test_round_off_of_a_start_ends_at_its_bound(pressed_once, off, within):
+    """Places and gaps by 1e-9 of the body's size, stresses by 1e-8 of the yield stress."""
+    pressed, state = pressed_once
+    by = off * 1e-9 * pressed.mesh.size
+    nodes, gap = state.nodes.copy(), state.gap + by
+    base = pressed.mesh.boundary_nodes("base")
+    nodes[base, 1] -= by
+    ratio = (pressed.material.yield_stress(state.peeq) / equivalent_stress(state.stress)).min()
+    for changes, field in (
+        ({"nodes": nodes}, "start.nodes = 'held ones'"),
+        ({"gap": gap}, "start.gap = 'distances'"),
+        ({"stress": ratio * (1 + off * 1e-8) * state.stress, "forces": ratio * state.forces}, "start.stress = 'one'"),
+    ):
+        start = replace(state, **changes)
+        if within:
+            march(pressed, Schedule(2), start=start)
+        else:
+            refused(lambda start=start: march(pressed, Schedule(2), start=start), field)
 
 
 AS_WRITTEN = as_written(upsetting(mu=0.3), 1e5, 1e5)[1]

@@ -29,7 +29,7 @@ from bipot import (
 )
 from bipot.fem.elements import RULES
 from bipot.fem.projection import VOLUMES
-from bipot.fem.strainless import Held
+from bipot.fem.strainless import Held, kept_by_means
 from bipot.scene.holding import Holding
 
 RUBBER = Elastic(Elasticity(1e3, 0.3))
@@ -271,3 +271,21 @@ def test_a_slab_of_hexahedra_with_volume_changes_on_constants_is_refused(rule):
         Scene(few, Geometry.SOLID, RUBBER, CLAMPED, volume=VolumeChange.P0)
     cube = brick(1.0, 1.0, 1.0, 3, 3, 3, element=Element.H20)
     Scene(cube, Geometry.SOLID, RUBBER, CLAMPED, quadrature=rule, volume=VolumeChange.P0)
+
+
+def test_on_a_meridian_parts_of_conformal_motions_are_weighted_by_the_volumes_of_rings():
+    """Of triangles of different sizes and radii, with those that share a corner: sums over them one by one."""
+    mesh = block(1.0, 1.0, 4, 3, element=Element.T6)
+    mesh = Mesh(mesh.nodes**2 + 0.1 * mesh.nodes, mesh.elements, mesh.boundaries)
+    corners = mesh.elements[:, :3]
+    x = mesh.nodes[corners]
+    a, b = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]
+    volume, middle = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) * x[:, :, 0].mean(axis=1), x[:, :, 1].mean(axis=1)
+    inside = volume / 12 * ((x[:, :, 1] - middle[:, None]) ** 2).sum(axis=1)
+    found = kept_by_means(mesh, Geometry.AXISYMMETRIC)
+    for own, kept in zip(corners, found, strict=True):
+        beside = np.isin(corners, own).any(axis=1)
+        V, c = volume[beside], middle[beside]
+        between = V @ (c - V @ c / V.sum()) ** 2
+        assert kept == pytest.approx(between / (between + inside[beside].sum()))
+    assert np.ptp(found) > 0.01

@@ -12,7 +12,7 @@ from bipot.contact.closeness import LEAST_MOTION
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.surface import facet_mass
-from bipot.forms import Tangent
+from bipot.forms import Newton, Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.coulomb import CARRIES, Status
@@ -20,7 +20,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import upsetting
 from bipot.traction import SLIP_TOLERANCE, contact_edges, nodal_tractions, traction, tractions
 from studies.recovered import consistent_tractions, edge_tractions
-from tests.scenes import PLANES
+from tests.scenes import PLANES, last, scene, tool
 
 EXACT = Control(Tangent(), limits=Limits(Bounds(equilibrium=1e-11)))
 FAST = Control(Tangent())
@@ -282,3 +282,24 @@ def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):
     np.testing.assert_allclose(area @ means, r.sum(axis=0), rtol=1e-12)
     assert (means[:, 0] > 0).all()
     assert (np.abs(means[:, 1]) <= 0.3 * means[:, 0] * (1 + 1e-9)).all()
+
+
+def test_a_weld_that_pulls_sticks():
+    """By the law of contact alone it would be open: its force is below zero."""
+    lifting = tool(travel=(0.0, 1e-4), mu=np.inf)
+    lifted = last(scene(tools=(lifting,)), Schedule(1), Newton())
+    assert (lifted.solved.r[:, 0] < 0).all()
+    assert (lifted.traction.status == Status.STICK).all()
+    assert (lifted.traction.recovered_pressure[np.isfinite(lifted.traction.recovered_pressure)] == 0).all()
+
+
+def test_a_node_that_cannot_move_along_its_tool_has_no_shear_for_any_forces():
+    """The corner beside the support of the left side: what friction is there acts on no unknown."""
+    pressed = last(scene(), Schedule(1), Newton()).solved
+    contacts = pressed.iterate.increment.system.candidates
+    held = np.flatnonzero(~contacts.tangent_free)
+    assert len(held) == 1
+    planted = pressed.r.copy()
+    planted[:, 1] = 0.05 * planted[:, 0]
+    _, shear = tractions(contacts, pressed.iterate.balanced, planted, planted[:, 0] > 0)
+    assert np.flatnonzero(shear == 0).tolist() == held.tolist()
