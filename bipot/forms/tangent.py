@@ -56,7 +56,8 @@ class Tangent:
     With ``coupled``, the polish has exact Coulomb friction on the same quadratic model (its result is used only if
     exact), a step that leads away from equilibrium and law is halved, at most ``halvings`` times, and near a solution
     the exact linearisation takes the place of the model. Otherwise the threshold moves by the fixed point alone.
-    ``safeguard`` says when the fixed point is damped or accelerated. With cvxpy every pass solves its program.
+    ``safeguard`` says when the fixed point is damped or accelerated. With cvxpy every pass solves its program. ``kind``
+    is that of the energy; the exact linearisation is that of the stresses, whatever the kind.
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
