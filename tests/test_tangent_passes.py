@@ -2,15 +2,30 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import islice
 
 import numpy as np
 import pytest
 
-from bipot import Control, Dissipation, Force, InvertedElement, Linear, Schedule, Tangent, march, upsetting
+from bipot import (
+    Control,
+    Dissipation,
+    Element,
+    Force,
+    Geometry,
+    InvertedElement,
+    Linear,
+    Schedule,
+    Tangent,
+    march,
+    upsetting,
+)
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.forms import Cache
 from bipot.forms.posed import Posed
 from bipot.programs.fixed_point import Route
+from studies.verification.cases.stick_radius import BETA, ELASTIC
+from studies.verification.indentation import FAR, pressed
 
 NEAR, ASTRAY, AWAY = 1e-5, 1e-3, 0.1
 """Distances from the solution: of the exact linearisation and of the polish alone, of the former, and of neither."""
@@ -95,3 +110,12 @@ def test_a_step_all_of_whose_trials_fold_the_body_says_so(monkeypatch):
     monkeypatch.setattr("bipot.forms.tangent.coupled", lambda *_: answer)
     with pytest.raises(InvertedElement):
         stepped(Tangent(), None)
+
+
+def test_a_body_far_stiffer_away_from_the_contact_takes_no_cone_program():
+    """Elements grow away from it, and on a ring with the radius: the mean stiffness says nothing of its nodes."""
+    scene = pressed(Geometry.AXISYMMETRIC, 1e-3, ELASTIC, BETA, 16, Element.Q4, FAR / 10)
+    steps = list(islice(march(scene, Schedule(8), Control(Tangent(), ())), 3))
+    assert sum(step.passes for step in steps) <= 6
+    assert steps[-1].number == 3
+    assert steps[-1].state.tau == 3 / 8

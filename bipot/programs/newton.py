@@ -136,8 +136,10 @@ def minimised(
         residual, motion = K @ x - model.f, rows.motion(x)
         law, scale = at(motion, r), max(scale, max_abs(r))
         balance, miss = max_abs(residual - rows.forces(r)), law.value(motion, r)
-        # By the softened scale contacts that stick might slip a hundred times as far as forces are exact.
-        error = max(balance, max_abs(law.value(motion, r, 1 / SOFTENED))) / scale
+        error = max(balance, max_abs(miss)) / scale
+        if error <= EXACT:
+            # By the softened scale contacts that stick might slip a hundred times as far as forces are exact.
+            error = min(max(balance, max_abs(law.value(motion, r, 1 / SOFTENED))) / scale, EXACT)
         # Where the error is round-off and no longer falls, another step would only add noise. Until then steps are
         # worth taking: an open contact of a body without force must carry exactly none.
         if best.error <= EXACT and error >= best.error:
