@@ -117,6 +117,13 @@ def test_a_driven_tool_that_the_program_leaves_in_the_air_comes_back():
     assert accepted[-1].state.tau == 1.0
 
 
+def test_a_moment_left_unbalanced_is_not_small_beside_wrong_contact_forces():
+    """Times their arms these were far above the moment; the linearisation came ever slower to a tool that turned on."""
+    drawn = draw_shaped(970063)
+    *_, last = march(drawn.scene, drawn.schedule, Control(Tangent(), (), cuts=0, integration=drawn.integration))
+    assert last.state.tau == 1.0
+
+
 def test_the_energy_leads_on_where_the_linearisation_leads_nowhere(monkeypatch):
     """Without a step after it, a pass of `dissipation` ends with the threshold of the last one, and errs by it."""
     solve = dissipation.coupled
