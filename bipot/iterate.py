@@ -269,22 +269,6 @@ class Iterate:
         contacts = self.increment.system.candidates
         return contacts.sums(contacts.vectors(self.rubbed(r), self.frames))
 
-    def driving(self, r: Floats) -> Floats:
-        """The scales (m,) of the residuals of driven tools, under contact forces r (c, d).
-
-        It is the driving force itself; for a moment, over its constant lever, the sum of the contact forces times their
-        arms if that is larger, as it is for a tool that rolls freely.
-        """
-        body, contacts = self.increment.system.body, self.increment.system.candidates
-        drives = body.scene.drives
-        if not drives:
-            return np.zeros(0)
-        given = np.abs(body.space.beside(self.load))
-        if not drives.spins.any():
-            return given
-        arms = contacts.parts.sums(norm(self.meeting.arm) * norm(contacts.parts.spread(r)))
-        return np.maximum(given, drives.spins * contacts.driven_sums(arms))
-
     def tool_moments(self, r: Floats) -> Floats:
         """Moment (tools,) of each turning tool on the modelled body, about its centre, under r (c, d); 0 for others.
 

@@ -8,7 +8,7 @@ import pytest
 
 from bipot import Newton, upsetting
 from bipot.certificate import Bounds
-from bipot.control import carrying
+from bipot.control import carried, carrying
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.reason import Reason, ReasonKind
 from bipot.forms import Cache
@@ -87,7 +87,7 @@ def test_a_refused_increment_is_solved_without_flow_and_then_given_up():
 
 def test_a_ratio_that_does_not_settle_ends_with_backward_euler(monkeypatch):
     system, state, tau, solve = flowing()
-    monkeypatch.setattr(carrying, "TOO_MUCH", -1.0)
+    monkeypatch.setattr(carried, "TOO_MUCH", -1.0)
     attempt = carry_on(Increment(system, state, tau), solve, accepted, second=True)
     assert [str(failure) for failure in attempt.failures] == ["flow not carried on: unsettled after 3 solutions"]
     assert not carries(attempt)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.conic.solver import Accuracy
-from bipot.control import carrying
+from bipot.control import carried
 from bipot.control.attempting import Dissipated, attempt_increment
 from bipot.control.landing import Locate
 from bipot.control.reason import Reason, ReasonKind
@@ -82,7 +82,7 @@ def test_a_cut_says_which_end_was_not_reached():
 
 
 def test_flow_that_is_not_carried_on_and_a_negative_dissipation_are_reasons(monkeypatch):
-    monkeypatch.setattr(carrying, "TOO_MUCH", -1.0)
+    monkeypatch.setattr(carried, "TOO_MUCH", -1.0)
     flow = accepted(Control(Newton(), ()))[-1]
     assert (flow.kind, str(flow)) == (ReasonKind.FLOW, "flow not carried on: unsettled after 3 solutions")
     assert flow.measures == {"solutions": 3}

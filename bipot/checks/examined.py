@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, certify
+from bipot.checks.driving import driving
 from bipot.iterate import Increment, Iterate
 from bipot.response import Response
 from bipot.tensors import norm
@@ -82,7 +83,7 @@ class Examined:
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
             + EPS * (max_abs(loads) + self._present),
             tool_residual=space.beside(residual),
-            tool_force=self.iterate.driving(self.r),
+            tool_force=driving(self.iterate, self.r),
         )
 
     @cached_property

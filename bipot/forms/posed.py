@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.checks.driving import driving
 from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.contact.closeness import near_tools
@@ -205,7 +206,7 @@ def in_the_air(iterate: Iterate, r: Floats) -> bool:
     beside = iterate.increment.system.body.space.beside
     unbalanced, given = np.abs(beside(iterate.residual - iterate.rows.forces(r))), np.abs(beside(iterate.load))
     # Wrong contact forces times their arms may be far above a moment; of a roll that nothing turns they are the scale.
-    return bool((unbalanced > UNBALANCED * np.where(given > 0, given, iterate.driving(r))).any())
+    return bool((unbalanced > UNBALANCED * np.where(given > 0, given, driving(iterate, r))).any())
 
 
 def coupled(model: Model, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
