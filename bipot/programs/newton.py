@@ -131,6 +131,7 @@ def minimised(
     frames = frames or Frames.of(rows, Pattern.of(K.indices, K.indptr))
     best = Best(x, r, np.inf, 0)
     last: Linearised[Law] | None = None
+    changed = False
     scale, factors, before = max(max_abs(model.f), float(np.finfo(float).tiny)), 0, np.inf
     for _ in range(iterations):
         residual, motion = K @ x - model.f, rows.motion(x)
@@ -143,7 +144,10 @@ def minimised(
         # Where the error is round-off and no longer falls, another step would only add noise. Until then steps are
         # worth taking: an open contact of a body without force must carry exactly none.
         if best.error <= EXACT and error >= best.error:
-            break
+            # Once it may be that a piece has changed, and changes back.
+            if changed or last is None or last.pieces.same(law):
+                break
+            changed = True
         if error < best.error:
             best = Best(x, r, error, factors)
         serves = error <= FALL * before or best.error <= EXACT
