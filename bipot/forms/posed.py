@@ -203,6 +203,8 @@ def exact_model(iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> 
 
 def in_the_air(iterate: Iterate, r: Floats) -> bool:
     """Whether contact forces r (c, d) leave some of what drives a tool unbalanced: no exact linearisation holds it."""
+    if not iterate.translated.size:
+        return False
     beside = iterate.increment.system.body.space.beside
     unbalanced, given = np.abs(beside(iterate.residual - iterate.rows.forces(r))), np.abs(beside(iterate.load))
     # Wrong contact forces times their arms may be far above a moment; of a roll that nothing turns they are the scale.
