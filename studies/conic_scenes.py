@@ -36,7 +36,7 @@ from bipot import (
     march,
     upsetting,
 )
-from bipot.control.landing import newly_closed
+from bipot.contact.closeness import newly_closed
 from bipot.forms import FormName
 from bipot.meshes.cells import graded
 from studies.element_scenes import tensor

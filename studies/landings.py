@@ -17,8 +17,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.contact.closeness import newly_closed
 from bipot.control.accepted import Accepted
-from bipot.control.landing import Locate, newly_closed
+from bipot.control.landing import Locate
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of

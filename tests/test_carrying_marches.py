@@ -11,6 +11,7 @@ from bipot import (
     Elasticity,
     FlatTool,
     Geometry,
+    Locate,
     Newton,
     Perfect,
     Scene,
@@ -82,6 +83,29 @@ def test_where_a_path_turns_by_an_angle_forces_are_those_of_the_new_direction(in
         width, _, height = np.ptp(a.state.nodes, axis=0)
         pushed = -a.tool_forces[0, 0] * width, -a.tool_forces[1, 2] * height
         np.testing.assert_allclose(pushed, np.array([2.0, 1.0]) * 100.0 / np.sqrt(3), rtol=0.06)
+
+
+@pytest.mark.parametrize("increments", [20, 21, 40, 80])
+@pytest.mark.parametrize("locate", [None, Locate()])
+def test_where_a_whole_face_has_landed_forces_are_those_of_the_new_direction(increments, locate):
+    """A cube pressed along z until its side meets a wall: then plane strain, sigma_Y/sqrt(3) on the wall, twice on top.
+
+    The landing is somewhere in the first increment with a force on the wall; the second begins behind it.
+    """
+    tools = (
+        FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.4), ("top",), 0.0),
+        FlatTool((1.05, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 0.0), ("right",), 0.0),
+    )
+    supports = Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2)
+    steel = VonMises(Elasticity(210e3, 0.3), Perfect(100.0))
+    scene = Scene(brick(1.0, 1.0, 1.0, 1, 1, 1), Geometry.SOLID, steel, supports, tools)
+    control = Control(Newton(), locate=locate)
+    met = [a for a in march(scene, Schedule(increments, first=1 / 400), control) if a.tool_forces[1, 0] < 0]
+    _, second, *others = met
+    for a, within in ((second, 0.06), *((other, 0.02) for other in others)):
+        width, depth, height = np.ptp(a.state.nodes, axis=0)
+        pressures = -a.tool_forces[1, 0] / (depth * height), -a.tool_forces[0, 2] / (width * depth)
+        np.testing.assert_allclose(pressures, np.array([1.0, 2.0]) * 100.0 / np.sqrt(3), rtol=within)
 
 
 @cache

@@ -19,7 +19,7 @@ import numpy as np
 from bipot.laws.coulomb import force_threshold
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints
 
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size counts as none: it is round-off of the geometry."""
@@ -51,6 +51,15 @@ def closed(gap: Floats, r: Floats, size: float) -> Bools:
     A weld that pulls is in touch, too. ``size`` is as in :func:`touches`.
     """
     return touches(gap, size) | ((norm(r) > force_threshold(r)) & (gap <= LEFT * size))
+
+
+def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
+    """Candidates with a gap (c,) above ``none`` at the start of an increment, which carry force r (c, d) at its end.
+
+    >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
+    array([0])
+    """
+    return np.flatnonzero((start_gap > none) & carries(r))
 
 
 def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:

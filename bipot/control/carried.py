@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.contact.closeness import newly_closed
+from bipot.control.yielding import strain_of, yielded_strain
 from bipot.increment import Near, Solved
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
@@ -20,8 +22,16 @@ TOO_MUCH, TOO_LITTLE = 0.1, 0.2
 NEGLIGIBLE = 1e-6
 
 TURNED = 0.2
-"""Mean sine of the angle between flow and last flow above which a path that turns has turned it. Where it does not, the
-flow turns by less in an increment: in upset cylinders by 0.02 to 0.08, by 0.17 in five increments to 45 %.
+"""Mean sine of the angle between flow and last flow above which a turn of the path or a landing has turned it. Without
+one the flow turns by less in an increment: in upset cylinders by 0.02 to 0.08, by 0.17 in five increments to 45 %.
+"""
+
+APART = 0.1
+"""Gap at the start over the increment's unit of length above which a candidate lands in it, and not at its start."""
+
+FOLLOWED = 0.4
+"""Part of the strain at which a body has long yielded, over which stress follows the flow: at Y times that at yield,
+Y = 4, all but exp(-3 G Y/E) of the turn, a hundredth, is done.
 """
 
 
@@ -73,15 +83,28 @@ class CarriedFlow:
         """
         nothing = replace(self, ratio=0.0)
         ratio = Flowed.of(increment.system, nothing, euler).overall
-        if not nothing.is_wrong(ratio) or (increment.past.turns and self._turned_by(euler) > TURNED):
+        if not nothing.is_wrong(ratio) or nothing.misleads(increment, euler):
             return None
         measured = increment.past.turns or self.is_wrong(ratio)
         return replace(self, ratio=ratio if measured else self.ratio, found=True)
 
-    def _turned_by(self, euler: Solved) -> float:
-        """The mean sine of the angle between the flow by backward Euler and the last one, where there was any."""
-        flow, kin = euler.response.returned.plastic_strain, euler.response.kinematics
+    def misleads(self, increment: Increment, solved: Solved) -> bool:
+        """Whether the flow, found with this carried on, was turned at the start of the increment or before.
+
+        Where it was turned by a landing, stress follows over some strain, and BDF2 resolves that in short increments.
+        """
+        if self._turned_by(solved) <= TURNED:
+            return False
+        if increment.past.turns:
+            return True
+        lands = newly_closed(increment.start.gap, solved.r, APART * increment.units.length).size > 0
+        return not lands and strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
+
+    def _turned_by(self, solved: Solved) -> float:
+        """The mean sine of the angle between the flow of the solution and the last one, where there was any."""
+        kin = solved.response.kinematics
         last, weight = kin.turned(self.last.strain), self.on * kin.volume
+        flow = solved.response.returned.plastic_strain + self.fraction[..., None] * last
         square = np.vecdot(last, last)
         along = np.divide(np.vecdot(flow, last), square, out=np.zeros_like(square), where=square > 0)
         across = flow - along[..., None] * last

@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.contact.closeness import carries
+from bipot.contact.closeness import newly_closed
 from bipot.control.carrying import Attempt
 from bipot.errors import require, require_count
 from bipot.increment import Solved
 from bipot.iterate import Increment
-from bipot.typing import Bools, Floats, Ints, make_floats
+from bipot.typing import Bools, Floats, make_floats
 
 FIRST_LOOK = 0.9
 """Where, between an open start and an end with the candidate closed, to look if the expected rate overshoots."""
@@ -55,15 +55,6 @@ class Landing:
     solved: Solved
     candidate: int
     node: int
-
-
-def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
-    """Candidates with a gap (c,) above ``none`` at the start of an increment, which carry force r (c, d) at its end.
-
-    >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
-    array([0])
-    """
-    return np.flatnonzero((start_gap > none) & carries(r))
 
 
 def locate(
