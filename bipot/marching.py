@@ -167,7 +167,7 @@ def _estimated(shared: Shared, course: Course, found: Found) -> Found:
 
 
 def _halved(shared: Shared, course: Course, target: float) -> Found:
-    """The next increment, of the course's length or less, halved until an attempt solves it.
+    """The next increment, of the course's length or less, halved until an attempt solves it, if a form suits the scene.
 
     If none does, the attempts that were spared a program are repeated with it.
     """
@@ -187,7 +187,7 @@ def _halved(shared: Shared, course: Course, target: float) -> Found:
         tried = halving.tried(increment, sparing=length >= spared, halves=length >= halvable)
         if isinstance(tried, Found):
             return tried
-        if length < halvable:
+        if length < halvable or tried.unsuited:
             break
         halving.cut(tau)
         size = length / 2

@@ -20,7 +20,7 @@ from bipot.errors import (
 )
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
-from bipot.forms import Dissipation, FormName, Newton, Tangent
+from bipot.forms import Delassus, Dissipation, FormName, Newton, Penalty, Tangent
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
@@ -105,6 +105,13 @@ def test_what_a_shorter_increment_would_not_help_spares_no_form(why, monkeypatch
     accepted = next(march(scene, PACED, Control(Newton(), (Dissipation(),))))
     assert accepted.cuts == 0
     assert asked == [(FormName.NEWTON, 1.0), (FormName.DISSIPATION, 1.0)]
+
+
+@pytest.mark.parametrize("form", [Penalty(1e3, 1e3), Delassus()])
+def test_a_scene_that_no_form_suits_ends_at_once(form):
+    scene = upsetting(mu=float("inf"), reduction=0.01, elements=1)
+    with pytest.raises(IncrementFailed, match=r"from tau = 0 to 1 failed .*\. Take another form, or give it fallbacks"):
+        next(march(scene, Schedule(1), Control(form, fallbacks=())))
 
 
 @pytest.mark.parametrize("schedule", [Schedule(accuracy=1e-2), Schedule(1)])

@@ -44,6 +44,7 @@ import numpy as np
 
 from bipot.control.carried import CarriedFlow, Flowed
 from bipot.control.reason import Reason, ReasonKind
+from bipot.errors import UnsuitedForm
 from bipot.forms import FormName
 from bipot.increment import Leave, Near, Solved
 from bipot.iterate import Increment
@@ -87,6 +88,11 @@ class Attempt(NamedTuple):
     left: Near | None = None
     spared: bool = False
     refused: bool = False
+
+    @property
+    def unsuited(self) -> bool:
+        """Whether no form suits the scene, so that a shorter increment would not help."""
+        return isinstance(self.last, UnsuitedForm) and not self.strayed
 
     def failed(self, why: Reason) -> Attempt:
         """The same attempt with one more failure."""
