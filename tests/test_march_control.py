@@ -50,6 +50,14 @@ def test_a_failing_form_falls_back_and_says_so():
         assert accepted.reason.startswith("tangent: nothing doing")
 
 
+@pytest.mark.parametrize("form", [Newton(), Tangent()])
+def test_by_default_the_dissipation_program_is_tried_after_all_that_take_less_time(form):
+    names = [form.name for form in Control(form).forms]
+    assert names[0] is form.name
+    assert set(names[:2]) == {FormName.NEWTON, FormName.TANGENT}
+    assert names[2:] == [FormName.DISSIPATION]
+
+
 class FailsAlways:
     """A form that never converges."""
 
@@ -207,7 +215,7 @@ def test_on_a_fine_mesh_newton_goes_half_the_way_instead_of_a_conic_program(spar
     """By coarse increments it cycles on 16 x 16 elements, whose side lands on the punch."""
     scene = upsetting(mu=0.3, elements=16, element=Element.Q4, volume=VolumeChange.P0, quadrature=Quadrature.GAUSS2)
     passes = set[FormName]()
-    control = Control(Newton(), spared=spared)
+    control = Control(Newton(), (Dissipation(),), spared=spared)
     list(march(scene, Schedule(accuracy=2e-2), control, observe=lambda trial: passes.add(trial.form.name)))
     assert passes == forms
 

@@ -15,6 +15,7 @@ from bipot.laws.flow import Integration
 class Control:
     """How increments are solved: form and fallbacks, acceptance, how often one may be halved, integration of the flow.
 
+    Where the form fails, the fallbacks are tried in turn, by default the dissipation program last: it takes longest.
     ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments. Where a form did
     not converge, an increment by accuracy is halved up to ``spared`` times, if ``cuts`` allow, before the dissipation
     program is tried: one of its passes takes longer than ten of Newton's, which often converges over half the length.
@@ -23,7 +24,7 @@ class Control:
     """
 
     form: Form = Tangent()
-    fallbacks: tuple[Form, ...] = (Newton(), Dissipation())
+    fallbacks: tuple[Form, ...] = (Newton(), Tangent(), Dissipation())
     limits: Limits = Limits()
     cuts: int = 8
     integration: Integration = Integration.BDF2
