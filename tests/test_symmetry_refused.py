@@ -15,7 +15,9 @@ from bipot.paper import upsetting
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.tool import FlatTool, Sampling
+from bipot.tools.profiles.profile import Profile
+from bipot.tools.profiles.union import Union
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from tests.test_symmetry import BASE, HEIGHT, LEFT, STEEL, WIDTH, part
 
 
@@ -34,6 +36,12 @@ def block_with(**changes):
 def straight(**changes):
     given = {"point": (0.0, HEIGHT), "normal": (0.0, -1.0), "travel": (0.0, -0.1), "candidates": ("top",), "mu": 0.1}
     return FlatTool(**(given | changes))
+
+
+def half_punch(*more):
+    """It ends in the plane that cuts the block: the line would go on over the mirror image."""
+    half = Profile(((2.0, 9.0), (2.0, HEIGHT), (0.0, HEIGHT)), fillets=0.5)
+    return ShapedTool(Union((half, *more)) if more else half, (0.0, -0.1), ("top",), 0.1)
 
 
 @pytest.mark.parametrize(
@@ -69,6 +77,14 @@ def straight(**changes):
                 tools=(straight(), straight(point=(WIDTH, 0.0), normal=(-1.0, 0.0), candidates=("right",)))
             ),
             r"tools\[1\].travel = .*: must be without a component along 1",
+        ),
+        (
+            lambda: block_with(tools=(half_punch(),)),
+            r"tools\[0\].surface = .*: must be one that does not end in the plane of symmetry x_0 = 0: give it whole",
+        ),
+        (
+            lambda: block_with(tools=(half_punch(Profile(((-5.0, 9.0), (-3.0, 9.0), (-3.0, HEIGHT)))),)),
+            r"tools\[0\].surface = Union.*: must be one that does not end in the plane of symmetry x_0 = 0",
         ),
         (
             lambda: block_with(tools=(straight(candidates=("top", "left")),)),

@@ -29,6 +29,7 @@ from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
 from bipot.tools.poses import Turn, pose_size
+from bipot.tools.profiles.union import open_ends
 from bipot.tools.surfaces import ACROSS, across, frames, imaged
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Vector, max_abs
@@ -131,26 +132,33 @@ def require_mirrored(planes: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool]
     """Refuse tools and loads that are inconsistent with their mirror images.
 
     Raises:
-        SceneError: a tool cut by a plane that travels off it, or turns about another direction than its normal; a tool
-            whose mirror image is in the modelled part; a body force along the normal of a plane, or a point force in
-            the plane along it.
+        SceneError: half a tool, which ends in a plane; a tool cut by a plane that travels off it, or turns about
+            another direction than its normal; a tool whose mirror image is in the modelled part; a body force along the
+            normal of a plane, or a point force in the plane along it.
     """
     for plane in planes:
-        d = named(plane.normal)
         for k, tool in enumerate(tools):
-            halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
-            cut, force = plane.cuts(tool), tool.driven_by
-            along = tool.goes_across(np.array(plane.normal))
-            require(not cut or along, f"tools[{k}].travel", tool.travel, halves)
-            whole = force is None or plane.contains(force.vector) or not cut
-            require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
-            about = "None, or about the normal of the plane of symmetry that cuts the tool"
-            require(not cut or _turns_in(plane, tool.turn), f"tools[{k}].turn", tool.turn, about)
-            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
-            apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
-            require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
+            _require_mirrored_tool(plane, mesh, tool, f"tools[{k}]")
         for k, load in enumerate(loads):
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
+
+
+def _require_mirrored_tool(plane: Mirror, mesh: Mesh, tool: Tool, label: str) -> None:
+    """Require that a tool is its own mirror image and stays so, or is off the modelled part's mirror image."""
+    cut, force = plane.cuts(tool), tool.driven_by
+    off = f"one that does not end in the plane of symmetry {plane.words}: give it whole, or continue it past the plane"
+    half = mesh.dimension == 2 and not cut and plane.holds(open_ends(tool.face)).any()
+    require(not half, f"{label}.surface", tool.face, off)
+    d = named(plane.normal)
+    halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
+    require(not cut or tool.goes_across(np.array(plane.normal)), f"{label}.travel", tool.travel, halves)
+    whole = force is None or plane.contains(force.vector) or not cut
+    require(whole, f"{label}.driven_by", force and force.vector, halves)
+    about = "None, or about the normal of the plane of symmetry that cuts the tool"
+    require(not cut or _turns_in(plane, tool.turn), f"{label}.turn", tool.turn, about)
+    depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
+    apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
+    require(depth <= plane.roundoff, label, tool.face, apart)
 
 
 def _turns_in(plane: Mirror, turn: Turn | None) -> bool:
