@@ -136,8 +136,6 @@ def _plastic_multiplier(q: Floats, peeq: Floats, shear: float, hardening: Harden
     low, high = 0.0, (1.0 + _ROUND_OFF) * excess / three_g
     for _ in range(_MAX_ITERATIONS):
         residual = q - three_g * dp - hardening.yield_stress(peeq + dp)
-        if (np.abs(residual) <= _ROUND_OFF * q).all():
-            return dp
         low = np.where(residual > 0, dp, low)
         high = np.where(residual > 0, high, dp)
         settled = (np.abs(residual) <= _ROUND_OFF * q) | (high - low <= _ROUND_OFF * high)
