@@ -14,7 +14,7 @@ from bipot.typing import Bools, Floats, Ints
 PARTS, TIMES = 16, 14
 """To find when a candidate first touches, the increment is divided into PARTS, then one of these, and so on, TIMES.
 
-No tool turns by more than a part of a circle in one (:data:`bipot.checks.refusals.MOST_TURNED`).
+No tool turns by more than a part of a circle in one (:mod:`bipot.checks.refusals`).
 """
 
 
