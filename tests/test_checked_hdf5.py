@@ -35,6 +35,16 @@ def source():
     return out
 
 
+def test_a_chunk_whose_filter_was_skipped_comes_as_it_is_stored():
+    """As writers do with noise, which cannot be packed."""
+    out, noise = io.BytesIO(), np.frombuffer(np.random.default_rng(5).bytes(4096), np.uint8)
+    with h5py.File(out, "w") as file:
+        made = file.create_dataset("noise", (4096,), np.uint8, chunks=(4096,), compression="gzip")
+        made.id.write_direct_chunk((0,), noise.tobytes(), filter_mask=1)
+    with opened(out, ResultsError) as file:
+        np.testing.assert_array_equal(file.array("noise", "u", (4096,)), noise)
+
+
 @pytest.mark.parametrize("name", STORAGES)
 def test_numbers_come_as_they_are_stored(source, name):
     with opened(source, ResultsError) as file:

@@ -182,6 +182,14 @@ def test_scalars_of_numpy_solve_as_their_own_numbers_do(kind):
     np.testing.assert_array_equal(one.r, other.r)
 
 
+def test_one_solution_is_not_multiple():
+    for report in (coulomb.enumerate_modes(PROBLEM), coulomb.multiplicity(PROBLEM)):
+        assert len(report.solutions) == 1
+        assert report.exhaustive
+        assert not report.multiple
+        assert not report.continuum
+
+
 def test_a_solver_may_be_anyones():
     class Own:
         name = "own"

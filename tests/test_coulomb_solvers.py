@@ -151,3 +151,14 @@ def test_solve_without_time_returns_an_honest_answer():
     assert answer.solver == "auto"
     assert "more time" in answer.reason
     assert answer.residual() < coulomb.residual(problem, np.zeros(problem.size))
+
+
+def test_a_chain_that_ends_without_an_answer_says_whether_it_had_time():
+    problem = coulomb.CoulombProblem(np.eye(3), [-1.0, 0.2, 0.1], 0.3, 3)
+    tried = coulomb.solve(problem, coulomb.Limits(iterations=0))
+    assert tried.outcome is coulomb.Outcome.ITERATION_LIMIT
+    assert "No time" not in tried.reason
+    late = coulomb.solve(problem, coulomb.Limits(seconds=1e-12))
+    assert late.outcome is coulomb.Outcome.TIME_LIMIT
+    assert late.reason.startswith("No time was left to try a solver in 1.0e-12 s")
+    assert late.iterations == tried.iterations == 0

@@ -58,6 +58,22 @@ def test_who_passes_beside_the_body_is_not_between():
     assert abs(forces(marched(scene))[-1]).max() == 0.0
 
 
+@pytest.mark.parametrize("off", [0.0, 3.0])
+def test_the_rounded_tip_of_a_flat_tool_comes_in_as_a_whole_circle_does(off):
+    """Its corners go down beside the body, and the circle of its tip reaches far beyond its back."""
+    mesh = block(1.0, 1.0, 1, 1)
+    body = Surroundings.of(mesh, (), ring=False)
+    tip = Profile(((0.5 + off, 1.05), (-1.0 + off, 1.8), (2.0 + off, 1.8)), (1.0, 0.0, 0.0), closed=True)
+    ball = Circle((0.5 + off, 1.05 + np.sqrt(1.25)), 1.0)
+    poses = np.array([[0.0, 0.0, 0.0], [0.0, -4.0, 0.0]])
+    for surface in (tip, ball):
+        assert surface.distance(np.array([0.5 + off, 1.0])).gap == pytest.approx(0.05 + np.sqrt(1.25) - 1.0, rel=1e-12)
+        tool = ShapedTool(surface, (0.0, -4.0), ("top",), 0.1)
+        found = body.between(tool, mesh.nodes, mesh.nodes, poses)
+        assert (found is None) == (off > 1.0)
+        assert found is None or (mesh.nodes[list(found), 1] == 1.0).all()
+
+
 @pytest.mark.slow
 def test_between_is_by_the_way_of_both():
     """A square goes straight on and gets out of shape, brute force: how deep a small circle is in it all the way."""

@@ -1,15 +1,19 @@
 """A run on disk: recorded row by row, read back exactly, refused in words."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bipot.errors import IncrementFailed, ResultsError, SceneError
+from bipot.meshes.mesh import Mesh
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.results.columns import INCREMENT, Column
+from bipot.results.columns import INCREMENT, Column, certificate, energies
+from bipot.results.description import same_mesh, same_state
+from bipot.system import system_of
 from tests.recording import (
     HEADER,
     PARAMETERS,
@@ -17,6 +21,7 @@ from tests.recording import (
     UNITS,
     arrays,
     recorder,
+    steps,
 )
 
 
@@ -53,6 +58,34 @@ def test_states_and_mesh_read_back_exactly(recorded, marched):
     np.testing.assert_array_equal(history.mesh.nodes, SCENE.mesh.nodes)
     np.testing.assert_array_equal(history.mesh.boundary("top"), SCENE.mesh.boundary("top"))
     np.testing.assert_array_equal(history.nodal("velocity", 2)[:, :2], marched[2].state.velocity)
+
+
+def test_where_no_row_is_said_the_last_one_is_meant(recorded, marched):
+    history, last = open_results(recorded), marched[-1].state
+    assert history.course().number == marched[-1].number > 3
+    for read, written in zip(arrays(history.state()), arrays(last), strict=True):
+        np.testing.assert_array_equal(read, written)
+    np.testing.assert_array_equal(history.points("peeq"), last.peeq)
+    np.testing.assert_array_equal(history.nodal("velocity")[:, :2], last.velocity)
+    np.testing.assert_array_equal(history.cell("peeq"), history.cell("peeq", len(marched) - 1))
+    assert (history.cell("peeq") != history.cell("peeq", 1)).any()
+
+
+def test_energies_without_a_factor_are_those_of_the_march(marched):
+    system, columns = system_of(SCENE), (*certificate("N mm"), *energies("N mm"))
+    found = {column.name: column.value(system, marched[-1]) for column in columns}
+    assert found["work_N mm"] == marched[-1].energies.work
+    assert found["bipotential_gap_N mm"] == SCENE.images * marched[-1].solved.certificate.gap
+
+
+def test_states_and_meshes_that_differ_in_one_thing_are_not_the_same():
+    state, mesh = steps()[-1].state, SCENE.mesh
+    assert not same_state(replace(state, tau=0.5 * state.tau), state)
+    turned = Mesh(mesh.nodes, np.roll(mesh.elements[::-1], 1, axis=0), mesh.boundaries)
+    other = Mesh(mesh.nodes, mesh.elements, dict(list(mesh.boundaries.items())[::-1]))
+    fewer = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "top": mesh.boundary("top")[:-1]})
+    assert not any(same_mesh(mesh, changed) for changed in (turned, other, fewer))
+    assert same_mesh(mesh, Mesh(mesh.nodes, mesh.elements, mesh.boundaries))
 
 
 def test_unknown_names_are_refused_with_the_known_ones(recorded):

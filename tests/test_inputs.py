@@ -192,6 +192,7 @@ def test_numbers_of_numpy_are_numbers():
         ({"candidates": ("top", 1)}, r"tool.candidates\[1\] = 1: must be a str"),
         ({"candidates": ("top", "top")}, "tool.candidates = .*: must be different"),
         ({"mu_at": {0: True}}, r"mu_at\[0\] = True"),
+        ({"mu_at": {0: -0.1}}, r"mu_at\[0\] = -0.1: must be finite and >= 0"),
         ({"mu_at": {"0": 0.1}}, "mu_at node = '0': must be a whole number"),
         ({"mu_at": [(0, 0.1)]}, "mu_at = .*: must be a Mapping"),
         ({"mu": INF, "mu_at": {0: 0.1}}, "mu_at = .*: must be empty where mu = inf"),

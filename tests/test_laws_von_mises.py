@@ -85,6 +85,8 @@ def test_equivalents_match_the_full_matrix():
 @both_sizes
 def test_elasticity_closed_forms(size):
     C, S = STEEL.stiffness(size), STEEL.compliance(size)
+    assert not C.flags.writeable
+    assert not S.flags.writeable
     np.testing.assert_allclose(C @ S, np.eye(size), atol=1e-13)
     uniaxial = np.zeros(size)
     uniaxial[0] = 210.0

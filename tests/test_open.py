@@ -75,6 +75,7 @@ def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
         (-0.1, "tau", r"tau = -0\.1: must be in \[0, 1\]"),
         (1, "passes", r"by = 'passes': must be tau, or a column of numbers that increase"),
         (1, "form", r"by = 'form': must be tau"),
+        (0, "cuts", r"by = 'cuts': must be tau, or a column of numbers that increase"),
         (1, "temperature", r"column = 'temperature': must be one of"),
         (np.nan, "tau", "tau = nan"),
         ("end", None, "reduction = 'end'"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from bipot import (
     Elasticity,
@@ -50,6 +51,28 @@ def test_a_union_is_the_nearest_of_its_surfaces(seed):
     assert not union.mirrored((1.0, 0.0), 0.0, 1e-9)
 
 
+def test_over_a_joint_of_circles_the_arc_on_each_counts_to_where_they_are_equally_near():
+    """A way over a valley between circles of two sizes."""
+    one, other = Circle((0.0, 0.0), 1.0), Circle((2.5, 0.5), 2.0)
+    x, by = np.array([-0.8, 1.3]), np.array([3.6, 1.4])
+
+    def angle(circle, part):
+        return np.arctan2(*(x + part * by - circle.centre)[::-1])
+
+    def nearer(part):
+        far = [np.linalg.norm(x + part * by - circle.centre) - circle.radius for circle in (one, other)]
+        return far[0] - far[1]
+
+    joint = brentq(nearer, 0.0, 1.0, xtol=1e-15)
+    assert 0.1 < joint < 0.4
+    arc = sum(c.radius * (angle(c, a) - angle(c, b)) for c, a, b in ((one, 0.0, joint), (other, joint, 1.0)))
+    slips = (
+        Union((one, other)).passed(np.array([x]), np.array([by]))[0, 1],
+        -Union((other, one)).passed(np.array([x + by]), np.array([-by]))[0, 1],
+    )
+    np.testing.assert_allclose(slips, arc, rtol=1e-13)
+
+
 @pytest.mark.parametrize("joint", [(1.03, 1.03), (1.2, 0.9)], ids=["abut", "lap"])
 @pytest.mark.parametrize("slide", [0.3, -0.3])
 def test_a_face_in_two_parts_is_slid_along_as_in_one(joint, slide):
@@ -75,6 +98,9 @@ def test_a_face_in_two_parts_is_slid_along_as_in_one(joint, slide):
 
 
 SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
+
+SLOTTED = ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (5.0, 1.0), (5.0, 0.0))
+"""A line that a side leads back along to (1, 0) and on, over its first one."""
 
 
 @pytest.mark.parametrize(
@@ -115,7 +141,10 @@ SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
         (lambda: Profile(((1.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, 0.0), (0.5, -1.0))), "beyond its ends"),
         (lambda: Profile(((0.0, 1.0), (0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (-1.0, 0.5), (3.0, 3.0))), "meet itself"),
         (lambda: Profile(((0.0, 4.0), (0.0, 0.0), (4.0, 0.0), (0.9, 0.9), (5.0, 1.0)), (3.0, 0.0, 0.0)), "corner 1"),
+        (lambda: Profile((*SLOTTED, (0.5, 0.0), (0.5, -1.0), (0.0, -1.0)), closed=True), "does not meet itself"),
+        (lambda: Profile((*SLOTTED, (2.0, 0.0))), "does not meet itself"),
         (lambda: Profile(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), closed=True), "profile.points"),
+        (lambda: Profile(SQUARE, 1e-50), "profile.fillets = 1e-50"),
         (lambda: wedge((0.0, 0.0), 90.0, 1.0), "wedge.semi_angle = 90.0"),
         (lambda: wedge((0.0, 0.0), 45.0, 0.0), "wedge.length"),
         (lambda: wedge((0.0, "x"), 45.0, 1.0), "wedge.apex"),

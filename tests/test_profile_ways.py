@@ -42,6 +42,21 @@ def test_arcs_add_up_along_the_line_to_its_length(seed):
         assert profile.passed(stops[0], stops[-1] - stops[0])[1] == pytest.approx(slips.sum(), rel=1e-12)
 
 
+@given(SEEDS)
+def test_a_way_meets_the_line_where_the_gap_changes_its_sign(seed):
+    """Seen in small steps, between which it may only touch the line."""
+    profile, (x, by) = drawn(seed), around(seed)
+    steps = np.linspace(0.0, 1.0, 2001)
+    gaps = profile.distance(x[:, None] + steps[:, None] * by[:, None]).gap
+    for met, gap in zip(profile.pieces.met(x, by), gaps, strict=True):
+        changes = np.flatnonzero(np.sign(gap[1:]) != np.sign(gap[:-1]))
+        found = np.unique(met[met < 1].round(12))
+        for step in changes:
+            assert (np.abs(found - (steps[step] + steps[step + 1]) / 2) < 1e-3).any()
+        for part in found:
+            assert np.abs(gap[np.abs(steps - part) < 1e-3]).min() < 5e-3
+
+
 @given(SEEDS, st.integers(2, 9))
 def test_parts_of_a_way_add_up_to_the_whole_of_it(seed, count):
     """Where no way leads around a closed line by more than half of it."""

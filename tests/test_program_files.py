@@ -213,6 +213,8 @@ def changed(tmp_path, **changes):
         ({"widths": np.array([1, 7, 1])}, "do not fit together: widths"),
         ({"terms": np.array(["gap", "gap", "tie"])}, "do not fit together: terms"),
         ({"stops": np.array([5, 10**6])}, "do not fit together: stops"),
+        ({"starts": np.array([0, 10**6])}, "do not fit together: starts"),
+        ({"blocks": np.array(["dU", "dU"])}, "do not fit together: blocks"),
         ({"A_indices": np.array([10**6])}, "do not fit together"),
         ({"x": np.zeros(3)}, "do not fit together: x"),
         ({"outcome": np.array(["perfect"])}, "'perfect' is not a valid Claim"),
@@ -226,6 +228,12 @@ def test_what_is_no_such_file_is_refused_by_name(changes, words, tmp_path):
         load(changed(tmp_path, **changes))
     assert isinstance(refusal.value, FileError)
     assert "changed.npz" in str(refusal.value)
+
+
+def test_a_length_below_zero_is_refused_though_the_sum_is_right(tmp_path):
+    rows = sum(len(r.b) for r in posed(0.3).tangent.conic().rows)
+    with pytest.raises(FileError, match="do not fit together: lengths"):
+        load(changed(tmp_path, lengths=np.array([rows + 1, -1, 0])))
 
 
 def test_an_answer_to_another_program_is_refused(tmp_path):

@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import BROUGHT, Cvxpy, cone_solvers
@@ -54,6 +56,37 @@ def test_what_qoco_cannot_solve_is_a_program_error():
     apart = [replace(r, A=-r.A, b=-r.b - 1e3) for r in program.rows if r.term == Term.GAP]
     with pytest.raises(ProgramError, match="conic solver stopped with QOCO"):
         Qoco().solve(replace(program, rows=(*shut, *apart)), TIGHT)
+
+
+def test_of_a_program_with_new_numbers_all_that_are_new_are_sent():
+    """The least |x - c| above a plane for each axis, at its foot: one matrix, vector or cost after another changes."""
+
+    def planes(*slopes, least=1.0, weight=1.0, cost=0.0):
+        rows = tuple(
+            Rows(f"x{k}", Cone.NONNEGATIVE, sp.csr_matrix(([slope], ([0], [k])), shape=(1, 2)), np.array([-least]))
+            for k, slope in enumerate(slopes)
+        )
+        P = sp.csc_matrix(np.diag([weight, weight]))
+        return ConicProgram(P, np.full(2, -cost), rows, {"x": slice(0, 2)})
+
+    solver, handle = Clarabel(), None
+    first, second = planes(1.0, 1.0), planes(1.0, 4.0)
+    kept = replace(first, rows=(first.rows[0], second.rows[1]))
+    for program, x in (
+        (first, (1.0, 1.0)),
+        (kept, (1.0, 0.25)),
+        (second, (1.0, 0.25)),
+        (replace(second, rows=planes(2.0, 4.0, least=2.0).rows), (1.0, 0.5)),
+        (planes(2.0, 4.0, least=2.0, weight=2.0, cost=6.0), (3.0, 3.0)),
+        (planes(2.0, 4.0, least=2.0, weight=5.0, cost=6.0), (1.2, 1.2)),
+    ):
+        last = handle
+        answer, handle = solver.solve(program, Accuracy(), handle)
+        np.testing.assert_allclose(answer.x, x, rtol=1e-6)
+        assert last is None or handle is last
+        assert 0 < answer.timing.solve < 60
+        assert answer.primal_residual() >= 0
+    assert solver.solve(replace(second, rows=second.rows[:1]), Accuracy(), handle)[1] is not handle
 
 
 def test_a_method_that_clarabel_does_not_know_is_refused():

@@ -12,8 +12,10 @@ from bipot.forms.newton import Reuse
 from bipot.iterate import Increment
 from bipot.system import system_of
 from bipot.tools.poses import Force, Turn
-from bipot.tools.revolved import roll, sphere
-from bipot.tools.surfaces import Plane
+from bipot.tools.profiles import Profile
+from bipot.tools.revolved import RING, Revolved, roll, sphere
+from bipot.tools.slips import SMALL, Slip
+from bipot.tools.surfaces import Plane, frames
 from bipot.tools.tool import FlatTool
 from tests.curved import STEEL, TIGHT, apart, forces, marched
 from tests.scenes import named
@@ -37,6 +39,45 @@ def start_of(scene, rng, tau=0.5):
     r = 1e3 * rng.uniform(-1, 1, (len(system.candidates.node), 3))
     r[~increment.rows.rubs, 1:] = 0.0
     return increment, 0.01 * rng.uniform(-1, 1, increment.size), r
+
+
+def test_a_ring_of_tips_is_all_around_the_axis():
+    """Of a roller with rounded edges: each is as far from the axis and from its neighbours as others are."""
+    point, axis = np.array([0.3, -0.2, 1.0]), np.array([0.6, 0.0, 0.8])
+    edge = Profile(((-2.0, -0.5), (-2.0, 0.5), (2.0, 0.5), (2.0, -0.5)), 0.1, closed=True)
+    tips = Revolved(edge, tuple(point), tuple(axis)).tips()
+    height = (tips.centre - point) @ axis
+    out = tips.centre - point - height[:, None] * axis
+    np.testing.assert_allclose(np.abs(height), 0.4, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(out, axis=1), 1.9, rtol=1e-12)
+    for upper in (height > 0, height < 0):
+        ring = np.unique(out[upper].round(9), axis=0)
+        np.testing.assert_allclose(ring.sum(axis=0), 0.0, atol=1e-7)
+        apart = np.linalg.norm(ring[:, None] - ring, axis=2) + 9.0 * np.eye(len(ring))
+        np.testing.assert_allclose(apart.min(axis=1), 2 * 1.9 * np.sin(np.pi / RING), rtol=1e-7)
+
+
+def test_a_way_from_afar_that_ends_where_it_leaves_a_ball_comes_through():
+    """Over a chord of a right angle, whose normals are those where the way enters and leaves."""
+    way = np.array([[0.0, 0.0, 4.0]])
+    start = np.array([[np.sqrt(0.5), 0.0, np.sqrt(0.5) - 4.0]])
+    assert sphere((0.0, 0.0, 0.0), 1.0).crossed(start, way).all()
+    assert not sphere((0.0, 0.0, 0.0), 1.0).crossed(start, 0.7 * way).any()
+
+
+def test_the_series_of_a_slip_s_arc_goes_on_as_the_closed_form():
+    """Over the angle at which one gives way to the other, for its change too; far below it the slip is the arc."""
+
+    def slip(sine):
+        m, n = np.array([[sine, 0.0, np.sqrt(1 - sine**2)]]), np.array([[0.0, 0.0, 1.0]])
+        flat, none = frames(n), np.zeros((1, 3))
+        return Slip(np.zeros(1), m, 2.0 * (n - m), np.zeros(1), flat, np.eye(3)[None] / 2.0, none)
+
+    below, above = (np.ravel(slip(SMALL * (1 + off))._arcs) for off in (-1e-9, 1e-9))
+    np.testing.assert_allclose(below[0], above[0], rtol=1e-9)
+    np.testing.assert_allclose(below[1], above[1], rtol=1e-5)
+    for sine in (0.5 * SMALL, 0.99 * SMALL, 0.3):
+        assert np.linalg.norm(slip(sine).components) == pytest.approx(2.0 * np.arcsin(sine), rel=1e-14)
 
 
 @pytest.mark.parametrize("name", SURFACES)

@@ -208,6 +208,7 @@ def test_what_no_turn_may_do_is_refused():
     refused(lambda: replace(mirrored, tools=(lid,)), r"tools\[0\].turn")
     refused(lambda: pressed(Geometry.AXISYMMETRIC, turn=turn), r"tools\[0\].turn")
     refused(lambda: Turn(np.nan, (0.0, 0.0)), "turn.angle")
+    refused(lambda: Turn(1e5, (0.0, 0.0), Amplitude(((0, 0), (1, 20)))), "turn.angle, its amplitude with it = 2000000")
     refused(lambda: Turn(0.1, (0.0, np.inf)), "turn.centre")
     refused(lambda: Turn(0.1, (0.0, 0.0), Amplitude(((0, 1), (1, 1)))), "turn.amplitude")
     wrong: Any = 0.1

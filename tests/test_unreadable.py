@@ -121,6 +121,15 @@ def test_a_run_of_an_older_version_is_refused_by_name(tmp_path, named):
         recorder(tmp_path)
 
 
+def test_a_run_is_read_beside_one_of_an_older_version_and_beside_an_unfinished_journal(tmp_path):
+    with recorder(tmp_path):
+        pass
+    (tmp_path / "run.h5").touch()
+    assert open_results(tmp_path).note == ""
+    (tmp_path / "run.vtkhdf.journal").touch()
+    assert "the last write was interrupted and is not begun" in open_results(tmp_path).note
+
+
 def test_a_run_may_be_named_by_its_folder_or_its_file(folder, tmp_path):
     assert len(open_results(str(folder))) == len(open_results(folder / "run.vtkhdf")) == 2
     with pytest.raises(SceneError, match="path = 3: must be a path"):

@@ -56,14 +56,14 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
 
 
 def _program(found: Arrays) -> ConicProgram:
-    """Raises ValueError where the vectors do not fit together."""
+    """Raises ValueError where the vectors, of :data:`LENGTHS`, do not fit together otherwise."""
     q, b, widths, lengths = (found[name] for name in ("q", "b", "widths", "lengths"))
     terms, cones = found["terms"].tolist(), [Cone(word) for word in found["cones"].tolist()]
     _require(((lengths >= 0) & (lengths <= len(b))).all() and lengths.sum() == len(b), "lengths", lengths)
-    _require((widths >= 1).all() and len(widths) == len(lengths) and not (lengths % widths).any(), "widths", widths)
+    _require((widths >= 1).all() and not (lengths % widths).any(), "widths", widths)
     _require(len(set(terms)) == len(terms), "terms", terms)
     starts, stops = found["starts"], found["stops"]
-    _require(len(starts) == len(stops) and (0 <= starts).all() and (starts <= stops).all(), "starts", starts)
+    _require((0 <= starts).all() and (starts <= stops).all(), "starts", starts)
     _require((stops <= len(q)).all(), "stops", stops)
     A = by_rows(found, "A", (len(b), len(q)))
     ends = np.cumsum(lengths)
@@ -80,12 +80,10 @@ def _program(found: Arrays) -> ConicProgram:
 
 
 def _answer(program: ConicProgram, found: Arrays) -> ConicSolution:
-    """Raises ValueError where the vectors do not fit the program."""
-    x, z, seconds = found["x"], found["z"], found["seconds"]
-    _require(len(x) == len(program.q), "x", x)
-    _require(len(z) == len(found["b"]), "z", z)
+    """Raises ValueError where the claim, the iterations or the seconds are none."""
     (outcome,), (iterations,) = found["outcome"].tolist(), found["iterations"].tolist()
-    return ConicSolution(program, x, program.split(z), Claim(outcome), iterations, Timing(*seconds.tolist()))
+    dual, timing = program.split(found["z"]), Timing(*found["seconds"].tolist())
+    return ConicSolution(program, found["x"], dual, Claim(outcome), iterations, timing)
 
 
 def _require(fits: bool | np.bool_, name: str, value: object) -> None:

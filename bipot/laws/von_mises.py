@@ -132,12 +132,9 @@ def _plastic_multiplier(q: Floats, peeq: Floats, shear: float, hardening: Harden
     three_g = 3.0 * shear
     excess = q - hardening.yield_stress(peeq)
     dp = excess / (three_g + hardening.slope(peeq))
-    # A little wider than needed, so that the root of perfect plasticity lies strictly inside.
-    low, high = 0.0, (1.0 + _ROUND_OFF) * excess / three_g
+    low, high = 0.0, excess / three_g
     for _ in range(_MAX_ITERATIONS):
         residual = q - three_g * dp - hardening.yield_stress(peeq + dp)
-        if (np.abs(residual) <= _ROUND_OFF * q).all():
-            return dp
         low = np.where(residual > 0, dp, low)
         high = np.where(residual > 0, high, dp)
         settled = (np.abs(residual) <= _ROUND_OFF * q) | (high - low <= _ROUND_OFF * high)

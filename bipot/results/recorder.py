@@ -143,18 +143,15 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        opened, self._opened = self._opened, None
-        with undisturbed():
-            if opened is not None:
-                with opened, suppress(*(ResultsError,) * (error is not None)):
-                    self._commit()
+        opened, self._opened = self._opened or ExitStack(), None
+        with undisturbed(), opened, suppress(*(ResultsError,) * (error is not None)):
+            self._commit()
         if isinstance(error, IncrementFailed):
             with suppress(ResultsError):
                 error.history = open_results(self.folder)
-        if opened is not None:
-            # An error that ended the block is raised, not that tools could not be written.
-            with suppress(*(ResultsError,) * (error is not None)), undisturbed():
-                open_results(self.folder).write_tools()
+        # An error that ended the block is raised, not that tools could not be written.
+        with suppress(*(ResultsError,) * (error is not None)), undisturbed():
+            open_results(self.folder).write_tools()
 
     def _begin(self, opened: ExitStack) -> None:
         """Write step 0 of a new run, which replaces any other."""

@@ -89,7 +89,7 @@ class RunFile:
 
     @staticmethod
     def reopen(file: Journaled, system: System) -> RunFile:
-        """A run to append steps to."""
+        """A run to append steps to, once it is :meth:`cut_back`."""
         import h5py
 
         run = RunFile(file, h5py.File(file, "r+", libver=VERSIONS), system)
@@ -97,7 +97,6 @@ class RunFile:
             for name, item in run._out[group].items():
                 if hasattr(item, "maxshape") and item.maxshape[0] is None:
                     run._growing[f"{group}/{name}"] = Growing(item)
-        run._text = run._growing[HISTORY].rows if HISTORY in run._growing else 0
         return run
 
     @property
@@ -115,14 +114,12 @@ class RunFile:
         for name, data in self._growing.items():
             rows = count * self._rows.get(name.removeprefix("VTKHDF/").split("/")[0], 1)
             if name == HISTORY:
-                rows = int(self._out[f"{HISTORY}_ends"][count - 1])
+                rows = self._text = int(self._out[f"{HISTORY}_ends"][count - 1])
             if data.rows < rows:
                 raise ResultsError(f"{self._file.path}: {name}: rows = {data.rows}: must be {rows} for {count} steps")
             if data.rows > rows:
                 data.cut(rows)
                 cut = True
-            if name == HISTORY:
-                self._text = rows
         return cut
 
     def append(self, step: StoredStep, line: str) -> None:

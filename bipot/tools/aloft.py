@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from bipot.tensors import norm
-from bipot.tools.poses import angles_of, pose_size, turned_on
+from bipot.tools.poses import pose_size, turned_on
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, Ints, max_abs
+from bipot.typing import Bools, Floats, Ints
 
 PARTS, TIMES = 16, 14
-"""To find when a candidate first touches, the increment is divided into PARTS, then one of these, and so on, TIMES."""
+"""To find when a candidate first touches, the increment is divided into PARTS, then one of these, and so on, TIMES.
 
-TURNS = 64
-"""If something turns more than once in an increment, each turn is divided into PARTS at first, up to so many turns."""
+No tool turns by more than a part of a circle in one (:mod:`bipot.checks.refusals`).
+"""
 
 
 class Carried(NamedTuple):
@@ -92,20 +90,13 @@ class Way(NamedTuple):
         # Few of many candidates land in an increment, and only their points are followed.
         some = np.flatnonzero(lands[owner])
         way = self._replace(x=self.x[some], carried=self.carried.only(some))
-        early, step, parts = np.zeros(len(lands)), 1.0, PARTS * way.turns
+        early, step = np.zeros(len(lands)), 1.0
         for _ in range(TIMES):
-            step /= parts
-            late = early[:, None] + step * np.arange(1, parts)
+            step /= PARTS
+            late = early[:, None] + step * np.arange(1, PARTS)
             touches = gaps(some, way.seen(late[owner[some]])) < 0
-            early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), parts - 1)
-            parts = PARTS
+            early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), PARTS - 1)
         return early
-
-    @property
-    def turns(self) -> int:
-        """The number of full turns of the tool or a point, rounded up, from one to TURNS."""
-        angle = max(float(norm(angles_of(self.advance))), max_abs(self.carried.angle))
-        return math.ceil(np.clip(angle / math.tau, 1, TURNS))
 
 
 def _each(part: Floats) -> tuple[slice | None, ...]:

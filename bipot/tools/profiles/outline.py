@@ -138,15 +138,13 @@ Side = tuple[Floats, Floats, Floats, Floats]
 
 
 def _meet(one: Side, other: Side) -> Bools:
-    """Whether sides meet (k,), also end to end or on one line."""
+    """Whether sides that are not parallel meet (k,), also end to end.
+
+    Where two on one line overlap, one of them ends on the other, and there begins a third, which is not parallel.
+    """
     (p, d, low, high), (q, e, low_e, high_e) = one, other
     size, area, to = norm(d) * norm(e), cross(d, e), q - p
     slanted = np.abs(area) > PARALLEL * size
     safe = np.where(slanted, area, 1.0)
     a, b = cross(to, e) / safe, cross(to, d) / safe
-    across = slanted & (a >= low - FITS) & (a <= high + FITS) & (b >= low_e - FITS) & (b <= high_e + FITS)
-    # On one line: the ends of the other side as multiples of the first.
-    same = ~slanted & (np.abs(cross(to, d)) <= PARALLEL * norm(d) * np.maximum(norm(d), norm(e)))
-    ahead = np.where(same, np.vecdot(e, d), 1.0)
-    ends = np.stack([np.vecdot(to, d) + k * ahead for k in (low_e, high_e)]) / np.vecdot(d, d)
-    return across | (same & (ends.max(axis=0) >= low - FITS) & (ends.min(axis=0) <= high + FITS))
+    return slanted & (a >= low - FITS) & (a <= high + FITS) & (b >= low_e - FITS) & (b <= high_e + FITS)

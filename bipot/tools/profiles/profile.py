@@ -126,7 +126,7 @@ class Profile(Surface):
         rounds, others = self.pieces.rounds, other.pieces.rounds
         if sides.shape != other_sides.shape or rounds.radius.shape != others.radius.shape:
             return False
-        for k in range(len(sides) if self.closed else 1):
+        for k in range(len(sides)):
             same_sides = norm(np.roll(other_sides, k, axis=0) - sides).max() <= roundoff
             same_radii = np.abs(np.roll(others.radius, k) - rounds.radius).max(initial=0.0) <= roundoff
             if same_sides and same_radii and np.array_equal(np.roll(others.turn, k), rounds.turn):
