@@ -1,0 +1,130 @@
+r"""The least motion among answers that obey the law equally well, where a body may move without strain.
+
+Of all x + N t, with the rigid motions N t that neither supports nor closed contacts prevent, it is the one of least
+norm that keeps gaps, and the directions of slips that cost friction: numbering, units and solver do not choose then. A
+rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does
+(:mod:`bipot.fem.rigid`), and settles again where that has led. Each such way is about as long as the square of the last
+one, and a few lead to where none is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.certificate import EPS
+from bipot.checks.determinacy import STICKS, cleaned, loose_motions, may_leave, shared_forces
+from bipot.checks.examined import Examined
+from bipot.conic.clarabel import solve_once
+from bipot.conic.problem import Cone, ConicProgram, Rows
+from bipot.conic.solver import Accuracy
+from bipot.contact.closeness import carries
+from bipot.errors import InvertedElement, NotConverged, ProgramError
+from bipot.fem.rigid import moved_on
+from bipot.iterate import Iterate
+from bipot.programs.data import Block, Term
+from bipot.tensors import norm
+from bipot.typing import Floats, einsum, max_abs
+
+SETTLED = 1e-12
+"""A free rigid motion below this fraction of the increment's displacement is round-off."""
+
+WAYS = 10
+"""Most ways that lead to the least motion."""
+
+TIGHT = Accuracy(1e-12)
+
+LEFT = 4e-12
+"""Gap left where a body comes to rest, over its displacement: a contact without a force may not close by the round-off
+of :data:`TIGHT`, but it may be open."""
+
+
+def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
+    """The answer with the least free rigid motion, and what is not determined, in words."""
+    iterate, r = examined.iterate, examined.r
+    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
+    noise = _noise(examined)
+    loose = loose_motions(iterate, r, noise)
+    if loose.shape[1]:
+        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
+        least = at_least(iterate, r, loose, noise)
+        examined = examined if least is iterate else replace(examined, iterate=least)
+    elif may_leave(iterate, r, noise):
+        words.append("position: nothing keeps the body at contacts that carry nothing")
+    return examined, tuple(words)
+
+
+def _noise(examined: Examined) -> float:
+    """Contact forces up to this count as none: the round-off of the law, or STICKS times the largest of the run.
+
+    Where contacts have opened, forms may leave a remainder of this size on them, which holds nothing.
+    """
+    start = examined.increment.start.forces
+    present = max(max_abs(forces) for forces in (examined.r, start))
+    return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
+
+
+def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
+    """The iterate of least motion, reached by ways in N (n, m); that given where a way leads to none."""
+    least, sunk = iterate, np.minimum(iterate.motion[:, 0], 0.0)
+    try:
+        for _ in range(WAYS):
+            x = settled(least, r, N, noise, sunk)
+            if norm(x - least.x) <= SETTLED * norm(x):
+                break
+            followed = _followed_on(least, x - least.x)
+            straight = max_abs(followed - x) <= EPS * max_abs(x)
+            least = iterate.increment.at(x if straight else followed)
+            if straight:
+                break
+    except (ProgramError, InvertedElement, NotConverged):
+        return iterate
+    return least
+
+
+def _followed_on(iterate: Iterate, way: Floats) -> Floats:
+    """The displacement (n,) after the rigid motion of which ``way`` (n,) is the rate at the increment's start."""
+    space, start = iterate.increment.system.body.space, iterate.increment.start.nodes
+    if not iterate.response.kinematics.moves:
+        return iterate.x + way
+    moved = moved_on(start, space.spread(way), iterate.nodes)
+    return iterate.x + space.gather(np.append(moved, space.beside(way)))
+
+
+def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | float = 0.0) -> Floats:
+    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
+
+    Gaps are counted from those that are ``sunk`` (c,), none above zero, and are opened where they are below. Slips of
+    contacts that carry no more than ``noise`` cost none.
+    """
+    rows, motion, x = iterate.rows, iterate.motion, iterate.x
+    opens, gap = cleaned(rows.G_n @ N, N), motion[:, 0] - sunk
+    if norm(N.T @ x) <= SETTLED * norm(x) and not gap.min(initial=0.0) < 0:
+        return x
+    slip = motion[rows.frictional, 1:]
+    length = norm(slip)
+    rubs = carries(r, noise)[rows.frictional]
+    # At the edge of the cone without a slip, the only slip allowed is against the friction.
+    pull, still = r[rows.frictional, 1:], length == 0
+    ahead = np.where(still[:, None], -pull, slip)
+    size = norm(ahead)
+    along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
+    forward = einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
+    unit = float(norm(x)) or 1.0
+    # A gap that nothing opens, or that is closed, stays as it is.
+    kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
+    room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
+    program = ConicProgram(
+        P=sp.csc_matrix(np.eye(N.shape[1])),
+        q=N.T @ x / unit,
+        rows=(
+            Rows(
+                Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(np.vstack([opens, forward])), np.append(room, length) / unit
+            ),
+        ),
+        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
+    )
+    # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
+    return x + N @ (unit * solve_once(program, TIGHT).x)

@@ -1,0 +1,33 @@
+r"""Finite rigid motions by their rates: what a linear motion without strain goes on to.
+
+A rate v = b + W (x - c) with a skew W moves a point in unit time along
+
+    dy/dt = b + W (y - c),    to the end exp(W) y + ...,
+
+a turn and a translation that strain nothing, however long they are. Points that v leaves at rest stay, and so do planes
+and axes along which it moves nothing.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import expm
+
+from bipot.typing import Floats
+
+
+def moved_on(places: Floats, rate: Floats, points: Floats) -> Floats:
+    """The displacement (n, d) of ``points`` (n, d) by the rigid motion whose ``rate`` (a, d) is known at ``places``.
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> quarter = np.pi / 2 * np.array([[0.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0]])
+    >>> (square + moved_on(square, quarter, square))[1:3].round(12).tolist()
+    [[0.0, 1.0], [-1.0, 1.0]]
+    """
+    d = places.shape[1]
+    centre, along = places.mean(axis=0), rate.mean(axis=0)
+    slope: Floats = np.linalg.lstsq(places - centre, rate - along)[0].T
+    motion = np.zeros((d + 1, d + 1))
+    motion[:d, :d], motion[:d, d] = (slope - slope.T) / 2, along
+    whole = np.asarray(expm(motion)) - np.eye(d + 1)
+    return (points - centre) @ whole[:d, :d].T + whole[:d, d]
