@@ -35,25 +35,24 @@ def test_a_screw_goes_on_along_its_axis():
     point, along = np.array([1.0, -2.0, 0.5]), 0.7 * np.ones(3)
     rate = angle * np.cross(axis, places - point) + along
     ends = (places - point) @ np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]) + point + along
-    np.testing.assert_allclose(places + moved_on(places, rate, places), ends, atol=1e-14)
+    np.testing.assert_allclose(places + moved_on(places, rate), ends, atol=1e-14)
 
 
 def test_a_pivot_stays_where_it_is_however_far_the_body_turns():
     places = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     rate = 2.0 * np.array([[0.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0]])
-    assert np.abs(moved_on(places, rate, places)[0]).max() < 1e-15
+    assert np.abs(moved_on(places, rate)[0]).max() < 1e-15
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 def test_a_free_block_turns_rigidly_out_of_the_way_of_a_tool(mu):
-    """A plane inclined by 0.1 presses down on a corner; by every form the block goes the same way, without a cut."""
+    """A plane inclined by 0.1 presses down on a corner; by every form the block goes the same way."""
     tool = FlatTool((0.0, 4.0), (np.sin(0.1), -np.cos(0.1)), (0.0, -1.0), ("top",), mu)
     mesh = block(10.0, 4.0, 5, 2)
     scene = Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (tool,))
     ends = []
     for form in (Newton(), Dissipation()):
         run = list(march(scene, Schedule(4), Control(form, ())))
-        assert [a.cuts for a in run] == [0] * 4
         assert all(any("position" in words for words in a.solved.undetermined) for a in run)
         ends.append(run[-1].state)
     np.testing.assert_allclose(ends[0].nodes, ends[1].nodes, atol=1e-8)

@@ -124,19 +124,22 @@ def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
     return _unstopped(iterate.rows, rigid, Active.of(iterate, r, noise))
 
 
+def pressed_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
+    """Motions N (n, m) without strain that only supports and contacts that carry more than ``noise`` do not prevent."""
+    rigid, rows = _rigid(iterate), iterate.rows
+    if not rigid.size:
+        return rigid
+    return _unstopped(rows, rigid, Active.of(iterate, r).only(rows.tied | carries(r, noise)))
+
+
 def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
 
     It must keep contacts that carry more closed, and at rest where they stick.
     """
-    rigid, rows = _rigid(iterate), iterate.rows
-    if not rigid.size:
-        return False
-    active = Active.of(iterate, r)
-    presses = rows.tied | carries(r, noise)
-    N = _unstopped(rows, rigid, active.only(presses))
-    idle = active.closed & ~presses
-    if not (N.shape[1] and idle.any()):
+    rows, N = iterate.rows, pressed_motions(iterate, r, noise)
+    idle = Active.of(iterate, r).closed & ~(rows.tied | carries(r, noise))
+    if not (N.size and idle.any()):
         return False
     opened = openable(cleaned((rows.G_n @ N)[idle], N))
     # If the linear program does not decide, the motion counts as possible.
@@ -153,9 +156,10 @@ def branches(iterate: Iterate, r: Floats) -> bool:
 
 
 def _rigid(iterate: Iterate) -> Floats:
-    """Motions (n, m) without strain where unknowns are counted from, in the configuration x = 0."""
-    system = iterate.increment.system
-    return system.strainless_at(system.body.scene.origin(iterate.increment.start.nodes))
+    """Motions (n, m) without strain, of the body as it is at the iterate, or where strain is measured if none moves."""
+    system, start = iterate.increment.system, iterate.increment.start.nodes
+    here = iterate.nodes if iterate.response.kinematics.moves else system.body.scene.origin(start)
+    return system.strainless_at(here)
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:

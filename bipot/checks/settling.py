@@ -15,13 +15,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.certificate import EPS
-from bipot.checks.determinacy import STICKS, cleaned, loose_motions, may_leave, shared_forces
+from bipot.checks.determinacy import STICKS, cleaned, loose_motions, may_leave, pressed_motions, shared_forces
 from bipot.checks.examined import Examined
 from bipot.conic.clarabel import solve_once
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries
-from bipot.errors import InvertedElement, NotConverged, ProgramError
+from bipot.errors import ProgramError
 from bipot.fem.rigid import moved_on
 from bipot.iterate import Iterate
 from bipot.programs.data import Block, Term
@@ -31,8 +31,8 @@ from bipot.typing import Floats, einsum, max_abs
 SETTLED = 1e-12
 """A free rigid motion below this fraction of the increment's displacement is round-off."""
 
-WAYS = 10
-"""Most ways that lead to the least motion."""
+ENOUGH, WAYS = 1e-9, 10
+"""A way this short, over the motion, need not be gone if all gaps are open; most ways that lead to the least motion."""
 
 TIGHT = Accuracy(1e-12)
 
@@ -67,30 +67,41 @@ def _noise(examined: Examined) -> float:
 
 
 def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
-    """The iterate of least motion, reached by ways in N (n, m); that given where a way leads to none."""
-    least, sunk = iterate, np.minimum(iterate.motion[:, 0], 0.0)
-    try:
-        for _ in range(WAYS):
-            x = settled(least, r, N, noise, sunk)
-            if norm(x - least.x) <= SETTLED * norm(x):
-                break
-            followed = _followed_on(least, x - least.x)
-            straight = max_abs(followed - x) <= EPS * max_abs(x)
-            least = iterate.increment.at(x if straight else followed)
-            if straight:
-                break
-    except (ProgramError, InvertedElement, NotConverged):
-        return iterate
+    """The iterate of least motion, reached from that given by a way in N (n, m).
+
+    Where it turns, others follow, which open contacts that carry no force: the turn has closed them.
+    """
+    blur, sunk = EPS * max_abs(iterate.increment.start.nodes), np.minimum(iterate.motion[:, 0], 0.0)
+    least, bends = _followed_on(iterate, settled(iterate, r, N, noise, sunk))
+    for _ in range(WAYS if bends else 0):
+        try:
+            x = settled(least, r, pressed_motions(least, r, noise), noise, sunk)
+        except ProgramError:
+            break
+        near = norm(x - least.x) <= max(ENOUGH * norm(x), blur)
+        if near and (least.motion[:, 0] >= sunk).all():
+            break
+        least, bends = _followed_on(least, x)
+        if not bends:
+            break
     return least
 
 
-def _followed_on(iterate: Iterate, way: Floats) -> Floats:
-    """The displacement (n,) after the rigid motion of which ``way`` (n,) is the rate at the increment's start."""
-    space, start = iterate.increment.system.body.space, iterate.increment.start.nodes
+def _followed_on(iterate: Iterate, x: Floats) -> tuple[Iterate, bool]:
+    """The iterate after the rigid motion that begins along the way to x (n,), and whether that bends.
+
+    Where its bend is round-off, or there is no way at all, the iterate is that at x, or the one given.
+    """
+    increment, way = iterate.increment, x - iterate.x
+    if norm(way) <= SETTLED * norm(x):
+        return iterate, False
     if not iterate.response.kinematics.moves:
-        return iterate.x + way
-    moved = moved_on(start, space.spread(way), iterate.nodes)
-    return iterate.x + space.gather(np.append(moved, space.beside(way)))
+        return increment.at(x), False
+    space = increment.system.body.space
+    moved = moved_on(iterate.nodes, space.spread(way))
+    followed = iterate.x + space.gather(np.append(moved, space.beside(way)))
+    bend = max_abs(followed - x) / max_abs(way)
+    return increment.at(x if bend <= EPS else followed), bend > SETTLED
 
 
 def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | float = 0.0) -> Floats:

@@ -13,21 +13,26 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import expm
 
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
+
+ROUND_OFF = 1e-12
+"""A turn by less than this part of the way of a body is none."""
 
 
-def moved_on(places: Floats, rate: Floats, points: Floats) -> Floats:
-    """The displacement (n, d) of ``points`` (n, d) by the rigid motion whose ``rate`` (a, d) is known at ``places``.
+def moved_on(places: Floats, rate: Floats) -> Floats:
+    """The displacement (a, d) of ``places`` (a, d) by the rigid motion that begins at the ``rate`` (a, d).
 
     >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     >>> quarter = np.pi / 2 * np.array([[0.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0]])
-    >>> (square + moved_on(square, quarter, square))[1:3].round(12).tolist()
+    >>> (square + moved_on(square, quarter))[1:3].round(12).tolist()
     [[0.0, 1.0], [-1.0, 1.0]]
     """
-    d = places.shape[1]
-    centre, along = places.mean(axis=0), rate.mean(axis=0)
+    d, centre, along = places.shape[1], places.mean(axis=0), rate.mean(axis=0)
     slope: Floats = np.linalg.lstsq(places - centre, rate - along)[0].T
+    turn = (slope - slope.T) / 2
+    # A translation has the round-off of one.
+    turn[np.abs(turn) * np.ptp(places) <= ROUND_OFF * max_abs(rate)] = 0.0
     motion = np.zeros((d + 1, d + 1))
-    motion[:d, :d], motion[:d, d] = (slope - slope.T) / 2, along
+    motion[:d, :d], motion[:d, d] = turn, along
     whole = np.asarray(expm(motion)) - np.eye(d + 1)
-    return (points - centre) @ whole[:d, :d].T + whole[:d, d]
+    return (places - centre) @ whole[:d, :d].T + whole[:d, d]
