@@ -52,11 +52,7 @@ def answer(given, x, rigid=None, node=None, position=None, weighted=False, drive
     )
     increment = SimpleNamespace(system=system, start=SimpleNamespace(nodes=None))
     x = np.array(x, float)
-    still = SimpleNamespace(kinematics=SimpleNamespace(moves=False))
-    motion = given.motion(x)
-    return SimpleNamespace(
-        rows=given, x=x, motion=motion, increment=increment, response=still, translated=np.zeros(driven)
-    )
+    return SimpleNamespace(rows=given, x=x, motion=given.motion(x), increment=increment, translated=np.zeros(driven))
 
 
 ONE = rows([1.0, 0.0], [[[0.0, 1.0]]])

@@ -156,10 +156,9 @@ def branches(iterate: Iterate, r: Floats) -> bool:
 
 
 def _rigid(iterate: Iterate) -> Floats:
-    """Motions (n, m) without strain, of the body as it is at the iterate, or where strain is measured if none moves."""
-    system, start = iterate.increment.system, iterate.increment.start.nodes
-    here = iterate.nodes if iterate.response.kinematics.moves else system.body.scene.origin(start)
-    return system.strainless_at(here)
+    """Motions (n, m) without strain where unknowns are counted from, in the configuration x = 0."""
+    system = iterate.increment.system
+    return system.strainless_at(system.body.scene.origin(iterate.increment.start.nodes))
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:

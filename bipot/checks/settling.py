@@ -72,7 +72,7 @@ def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
     Where it turns, others follow, which open contacts that carry no force: the turn has closed them.
     """
     blur, sunk = EPS * max_abs(iterate.increment.start.nodes), np.minimum(iterate.motion[:, 0], 0.0)
-    least, bends = _followed_on(iterate, settled(iterate, r, N, noise, sunk))
+    least, bends = _followed_on(iterate, settled(iterate, r, N, noise))
     for _ in range(WAYS if bends else 0):
         try:
             x = settled(least, r, pressed_motions(least, r, noise), noise, sunk)
@@ -104,15 +104,14 @@ def _followed_on(iterate: Iterate, x: Floats) -> tuple[Iterate, bool]:
     return increment.at(x if bend <= EPS else followed), bend > SETTLED
 
 
-def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | float = 0.0) -> Floats:
+def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | None = None) -> Floats:
     """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
 
-    Gaps are counted from those that are ``sunk`` (c,), none above zero, and are opened where they are below. Slips of
-    contacts that carry no more than ``noise`` cost none.
+    Gaps that a turn has closed are opened, where it is known how far they were ``sunk`` (c,) before, none above zero.
+    Slips of contacts that carry no more than ``noise`` cost none.
     """
     rows, motion, x = iterate.rows, iterate.motion, iterate.x
-    opens, gap = cleaned(rows.G_n @ N, N), motion[:, 0] - sunk
-    if norm(N.T @ x) <= SETTLED * norm(x) and not gap.min(initial=0.0) < 0:
+    if sunk is None and norm(N.T @ x) <= SETTLED * norm(x):
         return x
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
@@ -124,9 +123,12 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
     along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
     forward = einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
     unit = float(norm(x)) or 1.0
-    # A gap that nothing opens, or that is closed, stays as it is.
-    kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
-    room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
+    opens, room = rows.G_n @ N, np.maximum(motion[:, 0], 0.0)
+    if sunk is not None:
+        opens, gap = cleaned(opens, N), motion[:, 0] - sunk
+        # A gap that nothing opens, or that is closed, stays as it is.
+        kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
+        room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
     program = ConicProgram(
         P=sp.csc_matrix(np.eye(N.shape[1])),
         q=N.T @ x / unit,
