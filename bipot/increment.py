@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from bipot.certificate import Bounds, Certificate
-from bipot.checks.determinacy import least_moved
 from bipot.checks.examined import Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
+from bipot.checks.settling import least_moved
 from bipot.conic.problem import Claim, Timing
 from bipot.errors import NotConverged, require, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step

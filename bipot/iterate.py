@@ -22,7 +22,7 @@ from bipot.load_change import LoadChange
 from bipot.past import Past
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
-from bipot.scene.paces import Paces
+from bipot.scene.paces import BEGINNING, Paces
 from bipot.schedule import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import norm
@@ -73,7 +73,9 @@ class Increment:
 
     @cached_property
     def past(self) -> Past:
-        """The increment that led to the start of this one."""
+        """The increment that led to the start of this one; to the beginning of a path, that was one of another path."""
+        if self.start.tau == 0:
+            return Past(self.start, BEGINNING)
         at_kink = any(abs(kink - self.start.tau) <= ROUND_OFF for kink in self.system.body.scene.kinks)
         return Past(self.start, self.paces if at_kink else Paces((), ()))
 

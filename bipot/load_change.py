@@ -11,7 +11,7 @@ from bipot.certificate import EPS
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 
 @dataclass(frozen=True)
@@ -22,16 +22,28 @@ class LoadChange:
     start: State
     tau: float
 
-    @property
+    @cached_property
     def begins(self) -> bool:
-        """Whether the body is at rest: loads that are on at tau = 0 come in no time, in this increment."""
-        return self.start.tau == 0 and not self.start.stress.any()
+        """Whether loads that are on at tau = 0 come in no time, in this increment: the start does not carry them yet.
+
+        A body at rest does not, and one that is stressed does if it is nearer to balance with them than without.
+        """
+        if self.start.tau > 0:
+            return False
+        carried = self.system.carried(self.start)
+        given = self.system.load(self._at_start, self.start.tau)
+        return max_abs(carried) <= max_abs(carried - given)
 
     @cached_property
     def before(self) -> Floats:
         """Nodal loads (a, d) that the start carries."""
+        return np.zeros_like(self._at_start) if self.begins else self._at_start
+
+    @cached_property
+    def _at_start(self) -> Floats:
+        """Nodal loads (a, d) at the pseudo-time of the start, on the body as it is there."""
         nodes = self.system.body.scene.origin(self.start.nodes)
-        return np.zeros(nodes.shape) if self.begins else self.system.loading.forces(nodes, self.start.tau)
+        return self.system.loading.forces(nodes, self.start.tau)
 
     @cached_property
     def ahead(self) -> Floats:

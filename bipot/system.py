@@ -11,7 +11,7 @@ from bipot.certificate import EPS
 from bipot.contact.candidates import Candidates
 from bipot.contact.chosen import candidates
 from bipot.contact.closeness import LEAST_MOTION
-from bipot.fem.assembly import rigid_motions
+from bipot.fem.assembly import element_force, rigid_motions
 from bipot.programs.data import Units
 from bipot.response import Body, Response, State, body_space, rest
 from bipot.scene.loads import Loading
@@ -51,6 +51,17 @@ class System:
     def load(self, nodal: Floats, tau: float) -> Floats:
         """The load on the unknowns (n,): ``nodal`` loads (a, d) and the driving forces of tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
+
+    def carried(self, state: State) -> Floats:
+        """The load on the unknowns (n,) that a state carries: its internal forces less those of its contacts.
+
+        Raises:
+            InvertedElement: an element is inverted in the configuration in which the state is in equilibrium.
+        """
+        body = self.body
+        placed = body.space.gradients(body.scene.balanced(state.nodes - state.du, state.du))
+        pushed = self.candidates.load(state.forces, state.nodes, body.scene.placed(state.tau, state.translation))
+        return body.space.vector(element_force(placed, state.stress)) - pushed
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
         """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (w, d)."""

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from bipot.checks.determinacy import Active, loose_motions, may_leave, settled, shared_forces
+from bipot.checks.determinacy import Active, loose_motions, may_leave, shared_forces
+from bipot.checks.settling import settled
 from bipot.programs.data import ContactRows
 
 MU = 0.3

@@ -6,8 +6,7 @@ rigid motion that the supports allow leaves every closed contact closed, every s
 every sliding one in its direction (in space friction would otherwise turn with the slip). Both are rank tests. Tools
 that forces drive couple the contacts of all nodes: the first test is then made for all contacts together.
 
-Among all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over
-the rigid motions N t that keep gaps and the directions of slips, so that numbering, units and solver do not choose.
+Among all positions that obey the law equally well, :mod:`bipot.checks.settling` takes that of least motion.
 
 A third test, :func:`branches`, costs a factorisation and is optional. Where the symmetric part of the tangent, geometry
 included, is positive definite on the motions that the closed contacts allow, no other solution is near (Hill's
@@ -19,22 +18,18 @@ program whether the body could equally be farther from them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
 
 from bipot.basics.definite import definite
-from bipot.checks.examined import Examined
 from bipot.checks.opening import openable
-from bipot.conic.clarabel import solve_once
-from bipot.conic.problem import Cone, ConicProgram, Rows
-from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Iterate
 from bipot.laws.projections import unit
-from bipot.programs.data import Block, ContactRows, Term
+from bipot.programs.data import ContactRows
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, einsum, max_abs
 
@@ -52,11 +47,6 @@ ROUND_OFF = 1e-9
 
 STIFF = 1e4
 """Stiffness that prevents a motion, over the largest on the diagonal."""
-
-SETTLED = 1e-12
-"""A free rigid motion below this fraction of the increment's displacement is round-off."""
-
-TIGHT = Accuracy(1e-12)
 
 
 @dataclass(frozen=True)
@@ -102,32 +92,6 @@ class Active:
         return cleaned(np.vstack([(rows.G_n @ motions)[self.closed], *tangential]), motions)
 
 
-def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
-    """The answer with the least free rigid motion, and what is not determined, in words."""
-    iterate, r = examined.iterate, examined.r
-    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
-    noise = _noise(examined)
-    loose = loose_motions(iterate, r, noise)
-    if loose.shape[1]:
-        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
-        x = settled(iterate, r, loose, noise)
-        if norm(x - iterate.x) > SETTLED * norm(x):
-            examined = replace(examined, iterate=iterate.increment.at(x))
-    elif may_leave(iterate, r, noise):
-        words.append("position: nothing keeps the body at contacts that carry nothing")
-    return examined, tuple(words)
-
-
-def _noise(examined: Examined) -> float:
-    """Contact forces up to this count as none: the round-off of the law, or STICKS times the largest of the run.
-
-    Where contacts have opened, forms may leave a remainder of this size on them, which holds nothing.
-    """
-    start = examined.increment.start.forces
-    present = max(max_abs(forces) for forces in (examined.r, start))
-    return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
-
-
 def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
     """Nodes whose contact forces are not determined (module docstring)."""
     system, rows = iterate.increment.system, iterate.rows
@@ -160,19 +124,22 @@ def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
     return _unstopped(iterate.rows, rigid, Active.of(iterate, r, noise))
 
 
+def pressed_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
+    """Motions N (n, m) without strain that only supports and contacts that carry more than ``noise`` do not prevent."""
+    rigid, rows = _rigid(iterate), iterate.rows
+    if not rigid.size:
+        return rigid
+    return _unstopped(rows, rigid, Active.of(iterate, r).only(rows.tied | carries(r, noise)))
+
+
 def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
 
     It must keep contacts that carry more closed, and at rest where they stick.
     """
-    rigid, rows = _rigid(iterate), iterate.rows
-    if not rigid.size:
-        return False
-    active = Active.of(iterate, r)
-    presses = rows.tied | carries(r, noise)
-    N = _unstopped(rows, rigid, active.only(presses))
-    idle = active.closed & ~presses
-    if not (N.shape[1] and idle.any()):
+    rows, N = iterate.rows, pressed_motions(iterate, r, noise)
+    idle = Active.of(iterate, r).closed & ~(rows.tied | carries(r, noise))
+    if not (N.size and idle.any()):
         return False
     opened = openable(cleaned((rows.G_n @ N)[idle], N))
     # If the linear program does not decide, the motion counts as possible.
@@ -186,36 +153,6 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
     stiff = STIFF * max_abs(K.diagonal())
     return not definite(sp.csc_matrix(K + stiff * (stopped.T @ stopped)))
-
-
-def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
-    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
-
-    Slips of contacts that carry no more than ``noise`` cost none.
-    """
-    rows, motion, x = iterate.rows, iterate.motion, iterate.x
-    if norm(N.T @ x) <= SETTLED * norm(x):
-        return x
-    slip = motion[rows.frictional, 1:]
-    length = norm(slip)
-    rubs = carries(r, noise)[rows.frictional]
-    # At the edge of the cone without a slip, the only slip allowed is against the friction.
-    pull, still = r[rows.frictional, 1:], length == 0
-    ahead = np.where(still[:, None], -pull, slip)
-    size = norm(ahead)
-    along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
-    forward = einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
-    A = np.vstack([rows.G_n @ N, forward])
-    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
-    unit = float(norm(x)) or 1.0
-    program = ConicProgram(
-        P=sp.csc_matrix(np.eye(N.shape[1])),
-        q=N.T @ x / unit,
-        rows=(Rows(Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(A), b / unit),),
-        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
-    )
-    # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
-    return x + N @ (unit * solve_once(program, TIGHT).x)
 
 
 def _rigid(iterate: Iterate) -> Floats:

@@ -52,9 +52,12 @@ class CarriedFlow:
 
     @staticmethod
     def guess(increment: Increment) -> CarriedFlow | None:
-        """The guess by the lengths of this increment and the last one, in pseudo-time; None without a last flow."""
+        """The guess by the lengths of this increment and the last one, in pseudo-time; None without a last flow.
+
+        What led to the beginning of a path was another path, whose flow does not go on.
+        """
         state = increment.start
-        if state.flow is None or not state.length > 0:
+        if state.flow is None or not state.length > 0 or state.tau == 0:
             return None
         ratio = (increment.tau - state.tau) / increment.past.length
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))

@@ -131,15 +131,13 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     body, contacts = system.body, system.candidates
     none_where_held = not start.forces[~contacts.tangent_free, 1:].any()
     require(none_where_held, "start.forces", "tangential ones", "zero where supports hold a node against them")
-    nodes = body.scene.balanced(start.nodes - start.du, start.du)
     try:
-        placed = body.space.gradients(nodes)
+        pushed = system.carried(start)
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
-    forces = element_force(placed, start.stress)
+    nodes = body.scene.balanced(start.nodes - start.du, start.du)
+    forces = element_force(body.space.gradients(nodes), start.stress)
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
-    at = start.nodes, body.scene.placed(start.tau, start.translation)
-    pushed = body.space.vector(forces) - contacts.load(start.forces, *at)
     # Loads that are on at tau = 0 come in the first increment: a start there carries them already, or not yet.
     carried = [loads] if start.tau > 0 else [loads, np.zeros_like(loads)]
     off = min(_size(body.space, pushed - load) for load in carried)

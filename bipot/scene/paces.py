@@ -66,6 +66,10 @@ class Paces:
         return [factor for kink, factor in zip(self.kinks, self.quicker, strict=True) if abs(kink - tau) <= ROUND_OFF]
 
 
+BEGINNING = Paces((0.0,), (math.nan,))
+"""The beginning of a path, which turns what led there, if anything did."""
+
+
 @lru_cache(maxsize=64)
 def paces_of(moved: tuple[Moved, ...]) -> Paces:
     """The kinks of these paths, and at which of them the pace alone changes.

@@ -1,0 +1,143 @@
+r"""The least motion among answers that obey the law equally well, where a body may move without strain.
+
+Of all x + N t, with the rigid motions N t that neither supports nor closed contacts prevent, it is the one of least
+norm that keeps gaps, and the directions of slips that cost friction: numbering, units and solver do not choose then. A
+rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does
+(:mod:`bipot.fem.rigid`), and settles again where that has led. Each such way is about as long as the square of the last
+one, and a few lead to where none is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.certificate import EPS
+from bipot.checks.determinacy import STICKS, cleaned, loose_motions, may_leave, pressed_motions, shared_forces
+from bipot.checks.examined import Examined
+from bipot.conic.clarabel import solve_once
+from bipot.conic.problem import Cone, ConicProgram, Rows
+from bipot.conic.solver import Accuracy
+from bipot.contact.closeness import carries
+from bipot.errors import ProgramError
+from bipot.fem.rigid import moved_on
+from bipot.iterate import Iterate
+from bipot.programs.data import Block, Term
+from bipot.tensors import norm
+from bipot.typing import Floats, einsum, max_abs
+
+SETTLED = 1e-12
+"""A free rigid motion below this fraction of the increment's displacement is round-off."""
+
+ENOUGH, WAYS = 1e-9, 10
+"""A way this short, over the motion, need not be gone if all gaps are open; most ways that lead to the least motion."""
+
+TIGHT = Accuracy(1e-12)
+
+LEFT = 4e-12
+"""Gap left where a body comes to rest, over its displacement: a contact without a force may not close by the round-off
+of :data:`TIGHT`, but it may be open."""
+
+
+def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
+    """The answer with the least free rigid motion, and what is not determined, in words."""
+    iterate, r = examined.iterate, examined.r
+    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
+    noise = _noise(examined)
+    loose = loose_motions(iterate, r, noise)
+    if loose.shape[1]:
+        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
+        least = at_least(iterate, r, loose, noise)
+        examined = examined if least is iterate else replace(examined, iterate=least)
+    elif may_leave(iterate, r, noise):
+        words.append("position: nothing keeps the body at contacts that carry nothing")
+    return examined, tuple(words)
+
+
+def _noise(examined: Examined) -> float:
+    """Contact forces up to this count as none: the round-off of the law, or STICKS times the largest of the run.
+
+    Where contacts have opened, forms may leave a remainder of this size on them, which holds nothing.
+    """
+    start = examined.increment.start.forces
+    present = max(max_abs(forces) for forces in (examined.r, start))
+    return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
+
+
+def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
+    """The iterate of least motion, reached from that given by a way in N (n, m).
+
+    Where it turns, others follow, which open contacts that carry no force: the turn has closed them.
+    """
+    blur, sunk = EPS * max_abs(iterate.increment.start.nodes), np.minimum(iterate.motion[:, 0], 0.0)
+    least, bends = _followed_on(iterate, settled(iterate, r, N, noise))
+    for _ in range(WAYS if bends else 0):
+        try:
+            x = settled(least, r, pressed_motions(least, r, noise), noise, sunk)
+        except ProgramError:
+            break
+        near = norm(x - least.x) <= max(ENOUGH * norm(x), blur)
+        if near and (least.motion[:, 0] >= sunk).all():
+            break
+        least, bends = _followed_on(least, x)
+        if not bends:
+            break
+    return least
+
+
+def _followed_on(iterate: Iterate, x: Floats) -> tuple[Iterate, bool]:
+    """The iterate after the rigid motion that begins along the way to x (n,), and whether that bends.
+
+    Where its bend is round-off, or there is no way at all, the iterate is that at x, or the one given.
+    """
+    increment, way = iterate.increment, x - iterate.x
+    if norm(way) <= SETTLED * norm(x):
+        return iterate, False
+    if not iterate.response.kinematics.moves:
+        return increment.at(x), False
+    space = increment.system.body.space
+    moved = moved_on(iterate.nodes, space.spread(way))
+    followed = iterate.x + space.gather(np.append(moved, space.beside(way)))
+    bend = max_abs(followed - x) / max_abs(way)
+    return increment.at(x if bend <= EPS else followed), bend > SETTLED
+
+
+def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | None = None) -> Floats:
+    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
+
+    Gaps that a turn has closed are opened, where it is known how far they were ``sunk`` (c,) before, none above zero.
+    Slips of contacts that carry no more than ``noise`` cost none.
+    """
+    rows, motion, x = iterate.rows, iterate.motion, iterate.x
+    if sunk is None and norm(N.T @ x) <= SETTLED * norm(x):
+        return x
+    slip = motion[rows.frictional, 1:]
+    length = norm(slip)
+    rubs = carries(r, noise)[rows.frictional]
+    # At the edge of the cone without a slip, the only slip allowed is against the friction.
+    pull, still = r[rows.frictional, 1:], length == 0
+    ahead = np.where(still[:, None], -pull, slip)
+    size = norm(ahead)
+    along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
+    forward = einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
+    unit = float(norm(x)) or 1.0
+    opens, room = rows.G_n @ N, np.maximum(motion[:, 0], 0.0)
+    if sunk is not None:
+        opens, gap = cleaned(opens, N), motion[:, 0] - sunk
+        # A gap that nothing opens, or that is closed, stays as it is.
+        kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
+        room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
+    program = ConicProgram(
+        P=sp.csc_matrix(np.eye(N.shape[1])),
+        q=N.T @ x / unit,
+        rows=(
+            Rows(
+                Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(np.vstack([opens, forward])), np.append(room, length) / unit
+            ),
+        ),
+        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
+    )
+    # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
+    return x + N @ (unit * solve_once(program, TIGHT).x)

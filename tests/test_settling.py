@@ -1,0 +1,80 @@
+"""Bodies that nothing holds and that turn as tools push them: rigidly, and no more than they must."""
+
+from dataclasses import replace
+from itertools import pairwise, permutations
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Circle,
+    Control,
+    Dissipation,
+    Elasticity,
+    FlatTool,
+    Geometry,
+    Linear,
+    Newton,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Turn,
+    VonMises,
+    block,
+    march,
+)
+from bipot.fem.rigid import moved_on
+
+MATERIAL = VonMises(Elasticity(2000.0, 0.3), Linear(30.0, 50.0))
+
+
+def test_a_screw_goes_on_along_its_axis():
+    """In space: what turns about an axis by a third of a turn, and moves along it."""
+    places = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 3, 5]])
+    axis, angle = np.ones(3) / np.sqrt(3), 2 * np.pi / 3
+    point, along = np.array([1.0, -2.0, 0.5]), 0.7 * np.ones(3)
+    rate = angle * np.cross(axis, places - point) + along
+    ends = (places - point) @ np.array([[0.0, 1, 0], [0, 0, 1], [1, 0, 0]]) + point + along
+    np.testing.assert_allclose(places + moved_on(places, rate), ends, atol=1e-14)
+
+
+def test_a_pivot_stays_where_it_is_however_far_the_body_turns():
+    places = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    rate = 2.0 * np.array([[0.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0]])
+    assert np.abs(moved_on(places, rate)[0]).max() < 1e-15
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_a_free_block_turns_rigidly_out_of_the_way_of_a_tool(mu):
+    """A plane inclined by 0.1 presses down on a corner; by every form the block goes the same way."""
+    tool = FlatTool((0.0, 4.0), (np.sin(0.1), -np.cos(0.1)), (0.0, -1.0), ("top",), mu)
+    mesh = block(10.0, 4.0, 5, 2)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (tool,))
+    ends = []
+    for form in (Newton(), Dissipation()):
+        run = list(march(scene, Schedule(4), Control(form, ())))
+        assert all(any("position" in words for words in a.solved.undetermined) for a in run)
+        ends.append(run[-1].state)
+    np.testing.assert_allclose(ends[0].nodes, ends[1].nodes, atol=1e-8)
+    for end in ends:
+        apart, before = (np.linalg.norm(x[:, None] - x, axis=2) for x in (end.nodes, mesh.nodes))
+        np.testing.assert_allclose(apart, before, atol=1e-9)
+        assert np.abs(end.stress).max() < 1e-8
+        assert end.gap.min() >= -1e-9
+    # It turns: the end beneath the tool goes down by most of the tool's way, the other hardly.
+    down = mesh.nodes[:, 1] - ends[0].nodes[:, 1]
+    assert down.max() > 0.9
+    assert np.abs(down).min() < 0.1
+
+
+def test_the_order_of_tools_does_not_choose_where_a_body_between_them_goes():
+    """Two rolls come upon a block at a wall, which nothing else holds."""
+    upper = ShapedTool(Circle((5.0, 9.1), 4.0), (3.0, -0.6), ("top",), 0.3, turn=Turn(-0.5, (5.0, 9.1)))
+    lower = ShapedTool(Circle((5.0, -4.0), 4.0), (3.0, 0.0), ("base",), 0.3, turn=Turn(0.5, (5.0, -4.0)))
+    wall = FlatTool((20.5, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), 0.2)
+    tools = (upper, lower, wall)
+    scene = Scene(block(20.0, 5.0, 10, 3), Geometry.PLANE_STRAIN, MATERIAL, (), tools)
+    runs = [list(march(replace(scene, tools=order), Schedule(5))) for order in permutations(tools)]
+    for run, other in pairwise(runs):
+        for a, b in zip(run, other, strict=True):
+            np.testing.assert_allclose(a.state.nodes, b.state.nodes, atol=1e-7)
