@@ -113,7 +113,11 @@ def _label(result: History, field: str) -> str:
     base, part = split(Place.NODES, field, result.geometry)
     known = FIELDS[Place.NODES][base]
     name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
-    return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
+    return f"{name} ({_unit(result, known.quantity)})" if known.quantity is not Quantity.RATIO else name
+
+
+def _unit(result: History, quantity: Quantity) -> str:
+    return unit_of(quantity, result.units, result.geometry)
 
 
 def require_plane(result: History) -> None:
@@ -167,7 +171,7 @@ def frame(axes: Axes, result: History, nodes: Floats) -> None:
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    across, up = (f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
+    across, up = (f"{axis} ({_unit(result, Quantity.LENGTH)})" for axis in AXES[result.geometry])
     axes.set(xlabel=across, ylabel=up)
 
 
@@ -233,7 +237,7 @@ def contact_traction(
         drawn.append(line)
     if not np.isfinite(drawn[0].get_ydata()).any():
         axes.text(0.5, 0.6, "no edge of the surface is in contact", ha="center", transform=axes.transAxes)
-    length, stress = (unit_of(quantity, result.units) for quantity in (Quantity.LENGTH, Quantity.STRESS))
+    length, stress = (_unit(result, quantity) for quantity in (Quantity.LENGTH, Quantity.STRESS))
     axes.set(xlabel=f"arc along the surface ({length})", ylabel=f"traction ({stress})", title=moment(result, snapshot))
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
     axes.legend()
