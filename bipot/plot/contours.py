@@ -209,9 +209,9 @@ def contact_traction(
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
     boundaries that may touch the tool. In all steps it begins at the end that at rest is nearer to the axis or farther
     to the left; on an upright surface at the lower end. Shear is positive along (n_y, -n_x), n from the tool into the
-    body. Nodes off the contact line, or held by a support, have no traction, and the lines end there. If no edge is on
-    the line, as with a single node in contact, the picture says so; those of a start that carries forces are not known.
-    A node that two tools share has the traction of the one with the larger normal force.
+    body. Nodes off the contact line, as where a weld pulls, or held by a support have no traction, and the lines end
+    there. If no edge is on the line, as with a single node in contact, the picture says so; tractions of a start that
+    carries forces are not known. A node that two tools share has the traction of the one with the larger normal force.
 
     Raises:
         SceneError: a ``tool`` that the run has not, a value that is not recorded, no opened run, a body in space.
@@ -238,7 +238,7 @@ def contact_traction(
     if not np.isfinite(drawn[0].get_ydata()).any():
         # Step 0 has the forces of a state that a run begins at, but no tractions (bipot.results.fields).
         begun = snapshot.step == 0 and snapshot.nodal("contact_force").any()
-        words = "tractions of the start are not known" if begun else "no edge of the surface is in contact"
+        words = "tractions of the start are not known" if begun else "no edge of the surface is pressed"
         axes.text(0.5, 0.6, words, ha="center", transform=axes.transAxes)
     length, stress = (_unit(result, quantity) for quantity in (Quantity.LENGTH, Quantity.STRESS))
     axes.set(xlabel=f"arc along the surface ({length})", ylabel=f"traction ({stress})", title=moment(result, snapshot))
