@@ -138,7 +138,19 @@ def test_a_picture_without_an_edge_in_contact_says_so(run, tmp_path, ax):
     with Recorder(tmp_path, given, (), {}, {}) as out:
         out.record(next(march(given, Schedule(1))))
     plot.contact_traction(open_results(tmp_path), ax=ax)
-    assert [text.get_text() for text in ax.texts] == ["no edge of the surface is in contact"]
+    assert [text.get_text() for text in ax.texts] == ["no edge of the surface is pressed"]
+
+
+def test_a_weld_that_pulls_is_not_said_to_be_out_of_contact(tmp_path, ax):
+    pulled = scene(
+        mesh=block(1.0, 1.0, 2, 2), tools=(FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.001), ("top",), np.inf),)
+    )
+    with Recorder(tmp_path, pulled, (), {}, {}) as out:
+        out.record(next(march(pulled, Schedule(1))))
+    run = open_results(tmp_path)
+    assert run.nodal("contact_force_y").sum() > 1.0
+    plot.contact_traction(run, ax=ax)
+    assert [text.get_text() for text in ax.texts] == ["no edge of the surface is pressed"]
 
 
 @pytest.mark.parametrize("element", [Element.Q4, Element.T6])

@@ -68,6 +68,17 @@ def test_increments_are_called_by_their_numbers_in_the_march(tmp_path, marched, 
     assert ax.get_title().startswith("increment 6, reduction")
 
 
+def test_a_picture_of_a_start_that_carries_forces_does_not_say_that_nothing_touches(tmp_path, marched):
+    with recorder(tmp_path / "run", start=marched[3].course) as out:
+        out.record(marched[4])
+    run = open_results(tmp_path / "run")
+    begun = run.at(run.times[0], by="tau")
+    assert np.abs(begun.nodal("contact_force")).max() > 1.0
+    ax = Figure().add_subplot()
+    plot.contact_traction(run, begun.tau, ax, by="tau")
+    assert [text.get_text() for text in ax.texts] == ["tractions of the start are not known"]
+
+
 def full(*_):
     """What a full disk says."""
     raise OSError(28, "No space left on device")

@@ -106,7 +106,7 @@ class Accepted:
     def tool_force(self, tool: int) -> Floats:
         """Force (d,) of a tool, given by its number, on the whole body, parts beyond planes of symmetry included.
 
-        On a meridian it is that of the full ring, without a radial component.
+        On a meridian it is that of the full ring, without a radial component; in plane strain per unit of thickness.
 
         Raises:
             SceneError: ``tool`` is not the number of a tool.

@@ -113,7 +113,11 @@ def _label(result: History, field: str) -> str:
     base, part = split(Place.NODES, field, result.geometry)
     known = FIELDS[Place.NODES][base]
     name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
-    return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
+    return f"{name} ({_unit(result, known.quantity)})" if known.quantity is not Quantity.RATIO else name
+
+
+def _unit(result: History, quantity: Quantity) -> str:
+    return unit_of(quantity, result.units, result.geometry)
 
 
 def require_plane(result: History) -> None:
@@ -167,7 +171,7 @@ def frame(axes: Axes, result: History, nodes: Floats) -> None:
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    across, up = (f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
+    across, up = (f"{axis} ({_unit(result, Quantity.LENGTH)})" for axis in AXES[result.geometry])
     axes.set(xlabel=across, ylabel=up)
 
 
@@ -205,9 +209,9 @@ def contact_traction(
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
     boundaries that may touch the tool. In all steps it begins at the end that at rest is nearer to the axis or farther
     to the left; on an upright surface at the lower end. Shear is positive along (n_y, -n_x), n from the tool into the
-    body. Nodes off the contact line, or held by a support, have no traction, and the lines end there. If no edge is on
-    the line, as with a single node in contact, the picture says so. A node that two tools share has the traction of the
-    one with the larger normal force.
+    body. Nodes off the contact line, as where a weld pulls, or held by a support have no traction, and the lines end
+    there. If no edge is on the line, as with a single node in contact, the picture says so; tractions of a start that
+    carries forces are not known. A node that two tools share has the traction of the one with the larger normal force.
 
     Raises:
         SceneError: a ``tool`` that the run has not, a value that is not recorded, no opened run, a body in space.
@@ -232,8 +236,11 @@ def contact_traction(
         (line,) = axes.plot(x, y, style, ms=3, lw=1.2, label=name.removeprefix("contact_"))
         drawn.append(line)
     if not np.isfinite(drawn[0].get_ydata()).any():
-        axes.text(0.5, 0.6, "no edge of the surface is in contact", ha="center", transform=axes.transAxes)
-    length, stress = (unit_of(quantity, result.units) for quantity in (Quantity.LENGTH, Quantity.STRESS))
+        # Step 0 has the forces of a state that a run begins at, but no tractions (bipot.results.fields).
+        begun = snapshot.step == 0 and snapshot.nodal("contact_force").any()
+        words = "tractions of the start are not known" if begun else "no edge of the surface is pressed"
+        axes.text(0.5, 0.6, words, ha="center", transform=axes.transAxes)
+    length, stress = (_unit(result, quantity) for quantity in (Quantity.LENGTH, Quantity.STRESS))
     axes.set(xlabel=f"arc along the surface ({length})", ylabel=f"traction ({stress})", title=moment(result, snapshot))
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
     axes.legend()

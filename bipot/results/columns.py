@@ -121,6 +121,8 @@ MIN_JACOBIAN = Column(
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """Accumulated energies of the whole body, times ``factor`` in the ``unit``, and the energy error.
 
+    In plane strain they are per unit of thickness, and so is the ``unit``.
+
     >>> [column.name for column in energies("J", 1e-3)]
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
     """

@@ -74,9 +74,14 @@ FIELDS: Mapping[Place, Mapping[str, Field]] = {
     Place.NODES: {
         "displacement": Field(Quantity.LENGTH, Rank.VECTOR, "displacement since rest"),
         "velocity": Field(Quantity.RATE, Rank.VECTOR, "displacement of the increment over its length"),
-        "contact_force": Field(Quantity.FORCE, Rank.VECTOR, "force of the tools on the body at a candidate"),
+        "contact_force": Field(Quantity.FORCE, Rank.VECTOR, "force of the tools on a node; on a meridian on its ring"),
         "contact_pressure": Field(Quantity.STRESS, Rank.SCALAR, "normal traction of a candidate, recovered", False),
-        "contact_shear": Field(Quantity.STRESS, Rank.SCALAR, "tangential traction of a candidate, recovered", False),
+        "contact_shear": Field(
+            Quantity.STRESS,
+            Rank.SCALAR,
+            "tangential traction of a candidate, recovered: along (n_y, -n_x), in space a length",
+            False,
+        ),
         "gap": Field(Quantity.LENGTH, Rank.SCALAR, "distance of a candidate from its tool", False),
         "status": Field(Quantity.STATUS, Rank.SCALAR, "what a candidate does in the increment", kind="i"),
         **STRESSES,
@@ -123,11 +128,13 @@ def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
     return single[name]
 
 
-def unit_of(quantity: Quantity, units: Mapping[str, str]) -> str:
-    """The unit of a quantity from a run's ``units``, in words if these lack it.
+def unit_of(quantity: Quantity, units: Mapping[str, str], geometry: Geometry) -> str:
+    """The unit of a quantity from a run's ``units``, in words if these lack it; forces of plane strain are per length.
 
-    >>> unit_of(Quantity.RATE, {"length": "mm"}), unit_of(Quantity.STRESS, {"force": "N", "length": "mm"})
-    ('mm per unit of pseudo-time', 'N/mm^2')
+    >>> unit_of(Quantity.STRESS, {"force": "N", "length": "mm"}, Geometry.SOLID)
+    'N/mm^2'
+    >>> unit_of(Quantity.FORCE, {"force": "N", "length": "mm"}, Geometry.PLANE_STRAIN)
+    'N per mm of thickness'
     """
     if quantity in (Quantity.RATIO, Quantity.STATUS):
         return "1"
@@ -138,6 +145,8 @@ def unit_of(quantity: Quantity, units: Mapping[str, str]) -> str:
         Quantity.FORCE: force,
         Quantity.STRESS: f"{force}/{length}^2" if {"length", "force"} <= units.keys() else "unit of stress",
     }
+    if quantity is Quantity.FORCE and geometry is Geometry.PLANE_STRAIN:
+        return f"{force} per {length} of thickness"
     return str(units.get(quantity, derived[quantity]))
 
 
@@ -147,7 +156,7 @@ def described(geometry: Geometry, units: Mapping[str, str]) -> dict[str, dict[st
         place.value: {
             name: {
                 "meaning": field.meaning,
-                "unit": unit_of(field.quantity, units),
+                "unit": unit_of(field.quantity, units, geometry),
                 "components": list(component_names(field, geometry)),
             }
             for name, field in fields.items()
