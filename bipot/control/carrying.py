@@ -21,9 +21,9 @@ failed. Which of the two is accepted therefore does not depend on the luck of a 
 The flow carried on extrapolates its direction: stress is along gamma n = de_p - a de_p0, which is as much farther round
 from de_p0 than de_p as in a steady turn. Where a path turns, the direction jumps, and that would be an error of stress
 of the size of the jump, in increments however short. There backward Euler also stands if the flow has another direction
-than the last one: sum_q w |de_p - P de_p| > TURNED sum_q w |de_p|, P the projection on de_p0. The same holds if a
-landing, as of a whole face, has turned the flow before the increment, unless that is so short that it resolves how the
-stress follows.
+than the last one: sum_q w |de_p - P de_p|^2 > TURNED^2 sum_q w |de_p|^2, P the projection on de_p0. The same holds if
+a landing, as of a whole face, has turned nearly all of the flow before the increment, unless that is so short that it
+resolves how the stress follows.
 
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
