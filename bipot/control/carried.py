@@ -26,7 +26,7 @@ TURNED = 0.2
 not, the flow turns by less in an increment: in upset cylinders by 0.02 to 0.08, by 0.17 in five to 45 %.
 """
 
-REMAINING = 0.25
+REMAINING = 0.1
 """Largest part of the flow within TURNED of the last one where the landing of a whole face has turned it. After the
 landing of a node, or on the way into a die, more than a third of the flow was seen to remain: BDF2 errs by less there.
 """
