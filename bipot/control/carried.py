@@ -28,7 +28,7 @@ not, the flow turns by less in an increment: in upset cylinders by 0.02 to 0.08,
 
 REMAINING = 0.1
 """Largest part of the flow within TURNED of the last one where the landing of a whole face has turned it. After the
-landing of a node, or on the way into a die, more than a third of the flow was seen to remain: BDF2 errs by less there.
+landing of a node, or on the way into a die, more than a tenth was seen to remain: BDF2 errs by less there.
 """
 
 APART = 0.1
