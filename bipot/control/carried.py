@@ -109,7 +109,7 @@ class CarriedFlow:
         size, across = norm(flow), norm(flow - along[..., None] * last)
         if increment.past.turns:
             return vdot(weight, across**2) > TURNED**2 * vdot(weight, size**2)
-        if vdot(weight * size, across <= TURNED * size) >= REMAINING * vdot(weight, size):
+        if float((weight * size)[across <= TURNED * size].sum()) >= REMAINING * vdot(weight, size):
             return False
         lands = newly_closed(increment.start.gap, solved.r, APART * increment.units.length).size > 0
         return not lands and strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
