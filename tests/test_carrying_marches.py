@@ -102,7 +102,8 @@ def test_where_a_whole_face_has_landed_forces_are_those_of_the_new_direction(inc
     control = Control(Newton(), locate=locate)
     met = [a for a in march(scene, Schedule(increments, first=1 / 400), control) if a.tool_forces[1, 0] < 0]
     _, second, *others = met
-    for a, within in ((second, 0.06), *((other, 0.02) for other in others)):
+    # Where the landing is not located, the first increment has turned the flow in part already.
+    for a, within in ((second, 0.06 if locate else 0.025), *((other, 0.02) for other in others)):
         width, depth, height = np.ptp(a.state.nodes, axis=0)
         pressures = -a.tool_forces[1, 0] / (depth * height), -a.tool_forces[0, 2] / (width * depth)
         np.testing.assert_allclose(pressures, np.array([1.0, 2.0]) * 100.0 / np.sqrt(3), rtol=within)
