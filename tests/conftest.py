@@ -22,7 +22,7 @@ def pytest_collection_modifyitems(items):
     """Mark as slow what :mod:`tests.thinned` leaves to `make check-long`."""
     seen = Counter()
     for item in items:
-        every = THINNED.get(item.path.stem, {}).get(item.originalname)
+        every = THINNED.get(f"{item.path.stem}::{item.originalname}")
         if every is not None and not item.get_closest_marker("slow"):
             if seen[item.path, item.originalname] % every:
                 item.add_marker("slow")

@@ -88,6 +88,7 @@ def test_it_takes_the_same_increments_with_other_numbers_of_nodes_and_elements()
     assert ends(replace(scene, mesh=again)) == pytest.approx(ends(scene), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_half_a_body_takes_the_increments_of_the_whole():
     """A bar that is pulled by both ends, where one half of it is held by the plane of symmetry."""
 

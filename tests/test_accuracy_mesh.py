@@ -27,6 +27,7 @@ def results(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_the_element_that_does_not_lock_is_softer_and_its_pressure_is_even(results):
     rows = {(str(r.of), r.elements, r.reduction): r for r in read_rows(results / "mesh.csv", Row)}
     assert len(rows) == len(plan.FAST.jobs()) * len(mesh.MARKS)

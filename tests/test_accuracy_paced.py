@@ -142,6 +142,7 @@ def error_of(scene, accuracy, increments):
     return np.abs(missed).max() / np.abs(list(fine.values())).max()
 
 
+@pytest.mark.slow
 def test_a_load_that_changes_while_a_tool_presses_sets_increments_too():
     pressing = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.025), ("top",), 0.2)
     material, held = VonMises(Elasticity(1000.0, 0.3), Linear(1.5, 100.0)), (Support("left", 0), Support("base", 1))

@@ -80,6 +80,7 @@ def test_a_mean_at_a_plane_of_symmetry_is_that_of_the_whole_body(element, slope)
     assert pushed > 100.0
 
 
+@pytest.mark.slow
 def test_round_off_in_a_body_that_rests_does_not_choose_the_increments():
     """A tool that slides on strains the block no more: its increments double until the path is at its end."""
     scene = pressed(Sampling.NODES, LEFT, element=Element.Q4, slide=0.3, press=0.2)

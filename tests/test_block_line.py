@@ -58,6 +58,7 @@ def test_nothing_alternates_in_a_uniform_pressure():
     assert edge(system, accepted) == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_alternation_is_the_amplitude_of_an_alternating_pressure():
     system, given, mean = planted(8, lambda M, i: M @ (7.0 + 0.5 * (-1.0) ** i))
     assert corner(system, given) == pytest.approx(0.5 / mean)

@@ -143,6 +143,7 @@ def test_half_a_body_has_half_the_force_of_the_whole():
     np.testing.assert_allclose([a.tool_force(0) for a in one], forces(other), rtol=1e-5, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_landings_are_located_by_the_true_gap():
     control = Control(Newton(), fallbacks=(), locate=Locate())
     accepted = list(march(pressed(), Schedule(6, first=0.01), control))

@@ -100,6 +100,7 @@ def test_a_force_that_grows_many_times_as_fast_where_nodes_land_takes_few_passes
     np.testing.assert_allclose([a.tool_pose(0)[1] for a in other], [-0.1 * a.state.tau for a in one], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_newton_converges_quadratically_under_a_punch_that_a_force_presses():
     """With a new matrix in every pass, by the last three errors of an increment that are above round-off."""
     errors = dict[float, list[float]]()
@@ -174,6 +175,7 @@ def test_what_no_drive_may_be_is_refused():
     refused(lambda: replace(scene, tools=(replace(scene.tools[0], surface=into, turn=turn),)), "a moment drives it")
 
 
+@pytest.mark.slow
 def test_bounds_are_kept_by_every_increment():
     for accepted in pushed(Geometry.PLANE_STRAIN):
         assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1

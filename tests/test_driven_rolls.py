@@ -169,6 +169,7 @@ def test_a_roll_that_loses_its_contact_stays_as_it_is_turned_and_says_so():
 
 
 @pytest.mark.parametrize(("unit", "stress"), [(1e-3, 1e6), (1e3, 1e-9)])
+@pytest.mark.slow
 def test_units_do_not_matter_to_a_roll(unit, stress):
     one, other = marches(0.8), rolled(roller(0.8, unit=unit, stress=stress))
     assert [a.passes for a in other] == [a.passes for a in one]

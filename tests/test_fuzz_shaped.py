@@ -103,6 +103,7 @@ def test_a_tool_that_is_elsewhere_is_found(run, request):
     assert "penetration" in found(other)
 
 
+@pytest.mark.slow
 def test_a_slip_against_a_tool_that_does_not_turn_as_stated_is_found(rolled):
     """Without its turn nodes would slip the other way; with more of it, or around another point, by other lengths."""
     still = replace(rolled.scene, tools=(replace(rolled.scene.tools[0], turn=None),))

@@ -185,6 +185,7 @@ def test_a_tool_that_planes_cut_may_go_by_components_as_long_as_it_stays_along_t
         replace(scene, tools=(by_components(Q, (1e-6, 0.03, -0.1)),))
 
 
+@pytest.mark.slow
 def test_what_a_curved_tool_and_a_slant_share_is_called_open():
     """Slips along the wall are round-off there: the tool's force is the straight scene's, or it is said to be open."""
     ball = dented(elements=2, mu=0.8, travel=(0.0, 0.0, -0.06))

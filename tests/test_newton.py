@@ -96,6 +96,7 @@ def test_line_search_shortens_a_step_that_inverts_elements() -> None:
     assert all(a.solved.certificate.equilibrium <= 5e-7 for a in steps)
 
 
+@pytest.mark.slow
 def test_landings_take_few_passes_where_contacts_are_far_from_their_law() -> None:
     """Within increment 22 of the cylinder at mu = 0.3 a side node lands, and much of the body unloads until 23 is over.
 

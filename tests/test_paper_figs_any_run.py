@@ -100,6 +100,7 @@ def test_closed_forms_and_limits_are_where_they_apply(made):
     assert "Q8" in harder[0]
 
 
+@pytest.mark.slow
 def test_limits_drawn_are_those_of_the_file_as_far_as_the_run_comes(made):
     left, right = drawn(fig_force_stroke, made("t6")).axes
     run = open_results(made("t6") / "mu0.3")
@@ -217,6 +218,7 @@ def test_weighted_tractions_are_linear_between_points_and_carry_the_force(made):
     assert not any("mean" in label for label in said)
 
 
+@pytest.mark.slow
 def test_a_point_of_a_crease_that_carries_nothing_is_not_shown_to_slip_as_the_other_one_does(tmp_path):
     record(tmp_path, upsetting(mu=0.3, elements=8, sampling=Sampling.WEIGHTED), increments=25)
     line = contact_line(open_results(tmp_path), -1)

@@ -70,6 +70,7 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path):
     assert rows_of(tmp_path) == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_ends_the_study_with_a_sentence(tmp_path):
     with tiny_study(tmp_path) as process:
         theirs = workers_of(tmp_path)

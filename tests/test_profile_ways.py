@@ -43,6 +43,7 @@ def test_arcs_add_up_along_the_line_to_its_length(seed):
 
 
 @given(SEEDS)
+@pytest.mark.slow
 def test_a_way_meets_the_line_where_the_gap_changes_its_sign(seed):
     """Seen in small steps, between which it may only touch the line."""
     profile, (x, by) = drawn(seed), around(seed)

@@ -67,6 +67,7 @@ def test_a_free_block_turns_rigidly_out_of_the_way_of_a_tool(mu):
     assert np.abs(down).min() < 0.1
 
 
+@pytest.mark.slow
 def test_the_order_of_tools_does_not_choose_where_a_body_between_them_goes():
     """Two rolls come upon a block at a wall, which nothing else holds."""
     upper = ShapedTool(Circle((5.0, 9.1), 4.0), (3.0, -0.6), ("top",), 0.3, turn=Turn(-0.5, (5.0, 9.1)))

@@ -125,6 +125,7 @@ def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
     check_balance(pushed_by_a_force())
 
 
+@pytest.mark.slow
 def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvatures(monkeypatch):
     scene = rubbed(sphere((0.45, 0.55, 2.0), 1.0), 4, mu=0.3)
     last = marched(scene, increments=12, bounds=TIGHT)[-1]

@@ -20,6 +20,7 @@ def results(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_two_by_two_oscillates_less_than_the_over_constrained_rules(results):
     rows = {(r["mu"], r["quadrature"]): r for r in read_csv(results / "corner.csv", "")}
     assert len(rows) == 6

@@ -76,6 +76,7 @@ def test_the_last_table_has_both_elements_and_the_limit_at_its_marks(tmp_path, c
     assert float(table[2][4]) == pytest.approx(runs[0]["force_N"][-1], abs=0.05)
 
 
+@pytest.mark.slow
 def test_forces_are_told_only_as_far_as_a_run_comes(tmp_path):
     study(tmp_path, "--mu", "0.1")
     run = open_results(tmp_path / "mu0.1")

@@ -112,6 +112,7 @@ def test_a_step_all_of_whose_trials_fold_the_body_says_so(monkeypatch):
         stepped(Tangent(), None)
 
 
+@pytest.mark.slow
 def test_a_body_far_stiffer_away_from_the_contact_takes_no_cone_program():
     """Elements grow away from it, and on a ring with the radius: the mean stiffness says nothing of its nodes."""
     scene = pressed(Geometry.AXISYMMETRIC, 1e-3, ELASTIC, BETA, 16, Element.Q4, FAR / 10)

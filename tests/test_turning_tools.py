@@ -165,6 +165,7 @@ def test_turning_a_pressed_body_with_its_platens_takes_no_work(mu):
     assert abs(last.energies.energy_error) < 0.01
 
 
+@pytest.mark.slow
 def test_a_strip_between_rolls_comes_along_as_fast_as_they_turn():
     """The upper half of an elastic strip, on its plane of symmetry; a roll that grips it takes it through."""
     R, angle = 1.0, 0.4
