@@ -150,7 +150,9 @@ def test_solve_without_time_returns_an_honest_answer():
     assert not answer.converged
     assert answer.solver == "auto"
     assert "more time" in answer.reason
-    assert answer.residual() < coulomb.residual(problem, np.zeros(problem.size))
+    # On a busy machine not even one iteration may have had time.
+    nothing = coulomb.residual(problem, np.zeros(problem.size))
+    assert answer.residual() < nothing or (answer.iterations == 0 and answer.residual() == nothing)
 
 
 def test_a_chain_that_ends_without_an_answer_says_whether_it_had_time():
