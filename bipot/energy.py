@@ -8,7 +8,7 @@ Every part weighs the start of an increment by 1 - theta and its end by theta:
     friction  - sum_c b r_t . du_t + (1 - theta) g,
 
 with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
-are halfway; for loads that are on at tau = 0, where a body is at rest, f_0 is zero), r those of the candidates, de_p
+are halfway; at tau = 0 those that the body carries, at rest none), r those of the candidates, de_p
 the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The
 forces f_0 are those that were in balance at the start (in ``paper`` on x_{n-1}), so that no work is done on a body that
 is carried along as a whole. The term r_n dgap removes the work that the mean force of an opening or closing contact
@@ -168,9 +168,10 @@ def balanced_at(start: State, increment: Increment) -> Floats:
 
 def start_loads(start: State, increment: Increment) -> Floats:
     """Nodal loads (a, d) with which the start is in equilibrium; none at rest."""
-    balanced = balanced_at(start, increment)
-    loading = increment.system.loading
-    return np.zeros_like(balanced) if increment.loads.begins else loading.forces(balanced, start.tau)
+    loads = increment.loads
+    if loads.begins or loads.others is not None:
+        return loads.before
+    return increment.system.loading.forces(balanced_at(start, increment), start.tau)
 
 
 def start_forces(start: State, increment: Increment) -> Floats:

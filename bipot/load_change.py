@@ -8,10 +8,17 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS
+from bipot.fem.assembly import element_force
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats, max_abs
+
+BALANCED = 1e-3
+"""Imbalance of a start's stress with its contact forces and loads, relative to the largest nodal sum of |element
+forces|, up to which it counts as balanced.
+
+It is far above the imbalance of accepted increments, and far below what would distort the scale of contact forces."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,24 @@ class LoadChange:
     @cached_property
     def before(self) -> Floats:
         """Nodal loads (a, d) that the start carries."""
+        if self.others is not None:
+            return self.system.body.space.spread(self.others)
         return np.zeros_like(self._at_start) if self.begins else self._at_start
+
+    @cached_property
+    def others(self) -> Floats | None:
+        """The load on the unknowns (n,) that a start at tau = 0 carries if it is neither none nor what is on then.
+
+        It is that of another path, and goes over into the load at the end as loads do that grow.
+        """
+        if self.start.tau > 0 or not self.start.stress.any():
+            return None
+        carried, space = self.system.carried(self.start), self.system.body.space
+        given = self.system.load(self._at_start, self.start.tau)
+        forces = element_force(space.gradients(self.start.nodes), self.start.stress)
+        scale = space.force_scale(forces, space.spread(given))
+        off = min(max_abs(carried), max_abs(carried - given))
+        return carried if off > BALANCED * scale else None
 
     @cached_property
     def _at_start(self) -> Floats:
@@ -54,6 +78,8 @@ class LoadChange:
     def change(self) -> Floats:
         """The change of the load on the unknowns (n,), with the body at the start: nodal loads and driving forces."""
         ahead = self.system.load(self.ahead, self.tau)
+        if self.others is not None:
+            return ahead - self.others
         return ahead if self.begins else ahead - self.system.load(self.before, self.start.tau)
 
     @cached_property

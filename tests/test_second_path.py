@@ -63,3 +63,14 @@ def test_the_work_of_loads_that_are_on_at_once_is_that_of_loads_that_grow_also_o
     assert abs(jumped.energies.energy_error) < 1e-3
     (stays,) = march(loaded, Schedule(1), start=replace(jumped.state, tau=0.0))
     assert abs(stays.energies.work) < 1e-6 * jumped.energies.work
+
+
+@pytest.mark.parametrize("part", [0.0, 0.2, 0.6, 1.4, 2.0])
+def test_loads_that_are_on_at_once_take_over_from_those_of_the_path_before(part):
+    """Elastic: the start carries the whole load; its work is stored, and given back where the new load is smaller."""
+    load = Traction("top", (0.0, 100.0))
+    (full,) = march(scene(MESH, loads=(load,)), Schedule(1))
+    loads = (replace(load, amplitude=Amplitude(((0.0, part), (1.0, part)))),) if part else ()
+    (after,) = march(scene(MESH, loads=loads), Schedule(1), start=replace(full.state, tau=0.0))
+    assert after.energies.work == pytest.approx((part**2 - 1) * full.energies.work, rel=3e-3)
+    assert abs(after.energies.energy_error) < 3e-3

@@ -67,6 +67,32 @@ def test_a_free_block_turns_rigidly_out_of_the_way_of_a_tool(mu):
     assert np.abs(down).min() < 0.1
 
 
+def test_a_contact_that_carries_nothing_does_not_hold_a_free_block():
+    """A roll pushes it along a floor: it tips as it least moves, whether or not a form has closed the floor's gap."""
+    roll = ShapedTool(Circle((-1.0, 3.3), 1.0), (1.5, 0.0), ("left",), 0.0)
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    scene = Scene(block(10.0, 4.0, 5, 6), Geometry.PLANE_STRAIN, MATERIAL, (), (roll, floor))
+    first, *others = (list(march(scene, Schedule(2), Control(form, ())))[-1] for form in (Newton(), Dissipation()))
+    for other in others:
+        np.testing.assert_allclose(first.state.nodes, other.state.nodes, atol=1e-8)
+    tipped = np.arctan2(*(first.state.nodes[-1] - first.state.nodes[0])[::-1]) - np.arctan2(4.0, 10.0)
+    assert -0.05 < tipped < -0.01
+
+
+@pytest.mark.parametrize(("length", "stress"), [(1e-3, 1e6), (25.4, 1.0)])
+def test_units_do_not_choose_whether_a_free_block_comes_to_lie_on_a_tool(length, stress):
+    """A smooth plane inclined by 0.1 pushes its corner: faces that touch without a force may part again."""
+
+    def pushed(length, stress):
+        material = VonMises(Elasticity(2000.0 * stress, 0.3), Linear(30.0 * stress, 50.0 * stress))
+        plane = FlatTool((0.0, 4.0 * length), (np.cos(0.1), -np.sin(0.1)), (length, 0.0), ("left",), 0.0)
+        scene = Scene(block(10.0 * length, 4.0 * length, 5, 2), Geometry.PLANE_STRAIN, material, (), (plane,))
+        *_, end = march(scene, Schedule(4), Control(Newton()))
+        return end.state.nodes / length
+
+    np.testing.assert_allclose(pushed(length, stress), pushed(1.0, 1.0), atol=1e-8)
+
+
 @pytest.mark.slow
 def test_the_order_of_tools_does_not_choose_where_a_body_between_them_goes():
     """Two rolls come upon a block at a wall, which nothing else holds."""

@@ -1,6 +1,7 @@
 """What is no part of a symmetric body, and how it is refused when the scene is made."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,14 +11,18 @@ from bipot.fem.reduction import Geometry
 from bipot.marching import Schedule, march
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.meshes.sections import block, cylinder
+from bipot.meshes.sections import block, cylinder, ring
+from bipot.meshes.solids import cylinder_3d, ring_3d
 from bipot.paper import upsetting
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.profiles.profile import Profile
+from bipot.tools.circle import Circle
+from bipot.tools.profiles.profile import Profile, flat_punch
 from bipot.tools.profiles.union import Union
+from bipot.tools.revolved import Revolved
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
+from tests.scenes import refused
 from tests.test_symmetry import BASE, HEIGHT, LEFT, STEEL, WIDTH, part
 
 
@@ -140,3 +145,47 @@ def test_round_off_of_places_far_from_the_origin_does_not_take_nodes_past_a_plan
     tool = FlatTool(tuple(Q @ [0.0, 1.0] + far), (s, -c), (0.1 * s, -0.1 * c), ("top",), 0.2)
     planes = Symmetry("left", (c, s)), Symmetry("base", (-s, c))
     assert sum(a.cuts for a in march(Scene(mesh, Geometry.PLANE_STRAIN, STEEL, planes, (tool,)), Schedule(60))) == 0
+
+
+def pressed_by(surface):
+    return block_with(tools=(ShapedTool(surface, (0.0, -0.1), ("top",), 0.1),))
+
+
+@pytest.mark.parametrize("off", [1e-8, -1e-8, 1e-7, -1e-7])
+def test_what_ends_next_to_the_plane_or_is_nearly_a_mirror_image_is_refused(off):
+    """A force on it would act on the modelled part alone, as on a tool beside its mirror image: twice as large."""
+    ends = Profile(((2.0, 9.0), (2.0, HEIGHT), (off, HEIGHT)))
+    refused(partial(pressed_by, ends), "must be one that does not end in the plane of symmetry x_0")
+    for surface in (Circle((off, HEIGHT + 1.0), 1.0), flat_punch((off, HEIGHT), 4.0, 3.0)):
+        words = "must be its own mirror image in x_0 = 0 to .*, as it is to .*, or not nearly"
+        refused(partial(pressed_by, surface), words)
+
+
+def test_a_closed_half_has_a_side_in_the_plane():
+    """A node of the plane would touch its sharp corner, which has no unique normal; rounded off it is a tool."""
+    corners = (0.0, HEIGHT), (0.0, 9.0), (2.0, 9.0), (2.0, HEIGHT)
+    for fillets in (0.0, (0.0, 0.2, 0.2, 0.2)):
+        half = Profile(corners, fillets, closed=True)
+        refused(partial(pressed_by, half), "must be one that does not end in the plane")
+    pressed_by(Profile(corners, fillets=0.2, closed=True))
+
+
+def test_half_a_die_around_an_axis_is_refused():
+    """Its meridian ends in the plane across the axis; where it begins on the axis, the other side closes it."""
+    supports = Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2)
+    body = Scene(cylinder_3d(1.0, 1.0, 1, 1, 1), Geometry.SOLID, STEEL, supports)
+
+    def inside(meridian, up=0.0):
+        die = Revolved(meridian, (0.0, 0.0, up), (0.0, 0.0, 1.0))
+        return replace(body, tools=(ShapedTool(die, (0.0, 0.0, 0.0), ("side",), 0.1),))
+
+    half, words = Profile(((1.1, 0.5), (1.1, 1.0), (3.0, 2.2))), "must be one that does not end in the plane"
+    refused(lambda: inside(half, -0.5), words)
+    inside(half, -1.0)
+    inside(Profile(((1.1, -1.0), (1.1, 1.0))))
+    mandrel = Profile(((0.5, 3.0), (0.5, 0.0), (0.0, 0.0)), fillets=0.1)
+    bore = replace(body, mesh=ring_3d(0.6, 1.0, 1.0, 1, 1, 1))
+    die = Revolved(mandrel, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    replace(bore, tools=(ShapedTool(die, (0.0, 0.0, 0.0), ("bore",), 0.1),))
+    tube = Scene(ring(0.6, 1.0, 1.0, 1, 1), Geometry.AXISYMMETRIC, STEEL, (Symmetry("base", 1),))
+    replace(tube, tools=(ShapedTool(mandrel, (0.0, 0.0), ("bore",), 0.1),))

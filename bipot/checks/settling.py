@@ -4,7 +4,8 @@ Of all x + N t, with the rigid motions N t that neither supports nor closed cont
 norm that keeps gaps, and the directions of slips that cost friction: numbering, units and solver do not choose then. A
 rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does
 (:mod:`bipot.fem.rigid`), and settles again where that has led. Each such way is about as long as the square of the last
-one, and a few lead to where none is left.
+one, and a few lead to where none is left. Contacts that touch without a force prevent motions in one direction only:
+where there are any, it settles again from the first way, too.
 """
 
 from __future__ import annotations
@@ -49,11 +50,12 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
     loose = loose_motions(iterate, r, noise)
     if loose.shape[1]:
         words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
-        least = at_least(iterate, r, loose, noise)
-        examined = examined if least is iterate else replace(examined, iterate=least)
     elif may_leave(iterate, r, noise):
         words.append("position: nothing keeps the body at contacts that carry nothing")
-    return examined, tuple(words)
+    else:
+        return examined, tuple(words)
+    least = at_least(iterate, r, loose, noise)
+    return examined if least is iterate else replace(examined, iterate=least), tuple(words)
 
 
 def _noise(examined: Examined) -> float:
@@ -69,11 +71,13 @@ def _noise(examined: Examined) -> float:
 def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
     """The iterate of least motion, reached from that given by a way in N (n, m).
 
-    Where it turns, others follow, which open contacts that carry no force: the turn has closed them.
+    Where it turns, or contacts that carry no force are closed, others follow, which open these: a turn has closed them,
+    or the pass that was solved.
     """
     blur, sunk = EPS * max_abs(iterate.increment.start.nodes), np.minimum(iterate.motion[:, 0], 0.0)
-    least, bends = _followed_on(iterate, settled(iterate, r, N, noise))
-    for _ in range(WAYS if bends else 0):
+    least, bends = _followed_on(iterate, settled(iterate, r, N, noise) if N.size else iterate.x)
+    holds = bends or pressed_motions(least, r, noise).shape[1] > N.shape[1]
+    for _ in range(WAYS if holds else 0):
         try:
             x = settled(least, r, pressed_motions(least, r, noise), noise, sunk)
         except ProgramError:

@@ -13,6 +13,7 @@ from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, r
 from bipot.fem.assembly import Space, element_force
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
+from bipot.load_change import BALANCED
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import equivalent_stress, norm
@@ -23,11 +24,6 @@ PLACED = 1e-9
 
 YIELDED = 1e-8
 """Relative distance of a stress outside the yield surface, or of its pressure from what elements can represent."""
-
-BALANCED = 1e-3
-"""Imbalance of a start's contact forces and stress, relative to the largest nodal sum of |element forces|.
-
-It is far above the imbalance of accepted increments, and far below what would distort the scale of contact forces."""
 
 
 def course_of(start: State | Course | None, system: System, equilibrium: float) -> Course:

@@ -84,7 +84,7 @@ class Scene:
         require_outer(self.mirrors, self.mesh, self.tools, self.loads)
         for k, tool in enumerate(self.tools):
             require_fitting(fitted, tool, f"tools[{k}]")
-        require_mirrored(self.planes, self.mesh, self.tools, self.loads)
+        require_mirrored(self.planes, self.mesh, self.geometry, self.tools, self.loads)
 
     def _check_types(self) -> None:
         kinds = {"mesh": Mesh, "geometry": Geometry, "material": Material, "configuration": Configuration}

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,14 +28,17 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
+from bipot.tools.halves import halved_at
 from bipot.tools.poses import Turn, pose_size
-from bipot.tools.profiles.union import open_ends
 from bipot.tools.surfaces import ACROSS, across, frames, imaged
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Vector, max_abs
 
 PLANAR = 1e-9
 """Distance of nodes from their plane, over the body's size, that counts as round-off, wherever the origin is."""
+
+MEANT = 1e3
+"""A tool that is its own mirror image, or ends in its plane, to this many times the round-off was meant to do so."""
 
 
 @dataclass(frozen=True)
@@ -128,27 +131,35 @@ def require_outer(mirrors: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], 
                 _require_outer(plane, mesh, (load.boundary,), f"scene.loads[{k}].boundary")
 
 
-def require_mirrored(planes: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
+def require_mirrored(
+    planes: Sequence[Mirror], mesh: Mesh, geometry: Geometry, tools: Sequence[Tool], loads: Sequence[Load]
+) -> None:
     """Refuse tools and loads that are inconsistent with their mirror images.
 
     Raises:
-        SceneError: half a tool, which ends in a plane; a tool cut by a plane that travels off it, or turns about
-            another direction than its normal; a tool whose mirror image is in the modelled part; a body force along the
-            normal of a plane, or a point force in the plane along it.
+        SceneError: half a tool, which ends in a plane; a tool that is its own mirror image but for a little more than
+            round-off; a tool cut by a plane that travels off it, or turns about another direction than its normal; a
+            tool whose mirror image is in the modelled part; a body force along the normal of a plane, or a point force
+            in the plane along it.
     """
     for plane in planes:
         for k, tool in enumerate(tools):
-            _require_mirrored_tool(plane, mesh, tool, f"tools[{k}]")
+            _require_mirrored_tool(plane, mesh, geometry is Geometry.AXISYMMETRIC, tool, f"tools[{k}]")
         for k, load in enumerate(loads):
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
 
 
-def _require_mirrored_tool(plane: Mirror, mesh: Mesh, tool: Tool, label: str) -> None:
+def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, label: str) -> None:
     """Require that a tool is its own mirror image and stays so, or is off the modelled part's mirror image."""
     cut, force = plane.cuts(tool), tool.driven_by
-    off = f"one that does not end in the plane of symmetry {plane.words}: give it whole, or continue it past the plane"
-    half = mesh.dimension == 2 and not cut and plane.holds(open_ends(tool.face)).any()
+    near = replace(plane, roundoff=MEANT * plane.roundoff)
+    off = f"one that does not end in the plane of symmetry {plane.words}: give it whole"
+    half = not cut and any(near.holds(points).all() for points in halved_at(tool.face, ring))
     require(not half, f"{label}.surface", tool.face, off)
+    own = (
+        f"its own mirror image in {plane.words} to {plane.roundoff:.2g}, as it is to {near.roundoff:.2g}, or not nearly"
+    )
+    require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
     d = named(plane.normal)
     halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
     require(not cut or tool.goes_across(np.array(plane.normal)), f"{label}.travel", tool.travel, halves)

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import require, require_tuple
-from bipot.tools.profiles.profile import Profile
 from bipot.tools.surfaces import Distance, Surface, Tips
 from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
@@ -111,14 +110,6 @@ class Union(Surface):
         """Number (…) of the surface that is nearest to points x (…, d)."""
         rest = np.zeros(x.shape[-1])
         return np.argmin([surface.gap(x, rest) for surface in self.surfaces], axis=0)
-
-
-def open_ends(surface: Surface) -> Floats:
-    """Open ends (n, 2) of a plane surface, also those that are in another part of it; others have none."""
-    if isinstance(surface, Union):
-        return np.concatenate([open_ends(part) for part in surface.surfaces])
-    ends = [surface.points[0], surface.points[-1]] if isinstance(surface, Profile) and not surface.closed else []
-    return np.array(ends, dtype=np.float64).reshape(-1, 2)
 
 
 def _chosen(nearest: Ints, parts: Sequence[NDArray[Scalar]]) -> NDArray[Scalar]:
