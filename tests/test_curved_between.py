@@ -46,6 +46,15 @@ def test_a_circle_smaller_than_an_edge_does_not_come_in_between_its_nodes(radius
             list(march(scene, Schedule(increments), Control(Newton(), fallbacks=())))
 
 
+@pytest.mark.parametrize(("candidates", "advice"), [("top", "round the tool more"), ("left", "make it a candidate")])
+def test_only_what_is_no_candidate_is_to_be_made_one(candidates, advice):
+    """Edges of candidates were to be made candidates, too, where a tool is smaller than they are."""
+    scene = needle((0.375, 1.05), 0.05, (0.0, -0.2))
+    (tool,) = scene.tools
+    with pytest.raises(IncrementFailed, match=rf"between nodes .* Refine the boundary there, or {advice}"):
+        list(march(replace(scene, tools=(replace(tool, candidates=(candidates,)),)), Schedule(5)))
+
+
 def test_a_circle_that_nodes_feel_may_be_as_small_as_an_edge():
     """Edges are 0.25 long: the chord of a circle of radius 0.2 is less deep than a fourth of it."""
     for x in (0.375, 0.32, 0.25):

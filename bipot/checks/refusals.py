@@ -118,7 +118,9 @@ def _refuse_between(iterate: Iterate) -> None:
         if passed is not None:
             one, other = passed
             said = f"tools[{k}] comes into the body between nodes {one} and {other}"
-            raise Refused(said, "Refine the boundary there, or make it a candidate: it does not feel the tool.")
+            feels = np.isin(passed, scene.mesh.boundary_nodes(*tool.candidates)).all()
+            otherwise = "round the tool more: it is small beside the edge" if feels else "make it a candidate"
+            raise Refused(said, f"Refine the boundary there, or {otherwise}. There it does not feel the tool.")
 
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
