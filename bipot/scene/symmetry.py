@@ -146,7 +146,8 @@ def require_mirrored(planes: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool]
 def _require_mirrored_tool(plane: Mirror, mesh: Mesh, tool: Tool, label: str) -> None:
     """Require that a tool is its own mirror image and stays so, or is off the modelled part's mirror image."""
     cut, force = plane.cuts(tool), tool.driven_by
-    off = f"one that does not end in the plane of symmetry {plane.words}: give it whole, or continue it past the plane"
+    ends = f"one that does not end in the plane of symmetry {plane.words}"
+    off = f"{ends}: give it whole, with its mirror image, or continue it past the plane and off the body's other part"
     half = mesh.dimension == 2 and not cut and plane.holds(open_ends(tool.face)).any()
     require(not half, f"{label}.surface", tool.face, off)
     d = named(plane.normal)
