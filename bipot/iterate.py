@@ -19,11 +19,10 @@ from bipot.contact.shear import Strength, caps
 from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
 from bipot.load_change import LoadChange
-from bipot.past import Past
+from bipot.past import Past, past_of
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
-from bipot.scene.paces import BEGINNING, Paces
-from bipot.schedule import ROUND_OFF
+from bipot.scene.paces import Paces
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
@@ -68,16 +67,12 @@ class Increment:
 
         A tool that leaves the body counts, however far it goes, because it releases what it pressed.
         """
-        gap = np.minimum(self.start.gap, self.rows.gap)
-        return self.system.body.scene.paces(self.system.candidates.reached(gap))
+        return self.system.body.scene.paces(self.system.candidates.reached(np.minimum(self.start.gap, self.rows.gap)))
 
     @cached_property
     def past(self) -> Past:
         """The increment that led to the start of this one; to the beginning of a path, that was one of another path."""
-        if self.start.tau == 0:
-            return Past(self.start, BEGINNING)
-        at_kink = any(abs(kink - self.start.tau) <= ROUND_OFF for kink in self.system.body.scene.kinks)
-        return Past(self.start, self.paces if at_kink else Paces((), ()))
+        return past_of(self.system, self.start, self.tau, self.rows)
 
     @cached_property
     def dragged(self) -> Floats:

@@ -5,9 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from bipot.programs.data import ContactRows
 from bipot.response import State
-from bipot.scene.paces import Paces
-from bipot.typing import Floats
+from bipot.scene.paces import BEGINNING, Paces
+from bipot.schedule import ROUND_OFF
+from bipot.system import System
+from bipot.typing import Floats, max_abs
 
 
 @dataclass(frozen=True)
@@ -36,3 +41,20 @@ class Past:
     def rates(self) -> Floats:
         """Its rates (a d + m,), of nodes and translations, at the pace of the next one."""
         return self.quicker * self.start.rates
+
+
+def past_of(system: System, start: State, tau: float, rows: ContactRows) -> Past:
+    """The increment that led to the start of one to ``tau``; to the beginning of a path, that was one of another path.
+
+    What a tool does that carries nothing at the start, and that the body does not come to whether it rests or goes on,
+    turns nothing for the body: a strip goes on through rolls when a pusher stops that it has left behind.
+    """
+    scene, contacts = system.body.scene, system.candidates
+    if start.tau == 0:
+        return Past(start, BEGINNING)
+    if not any(abs(kink - start.tau) <= ROUND_OFF for kink in scene.kinks):
+        return Past(start, Paces((), ()))
+    going = (tau - start.tau) * start.rates
+    there = rows.motion(system.body.space.gather(going))[:, 0]
+    gap = np.minimum.reduce([start.gap, rows.gap, there])
+    return Past(start, scene.paces(contacts.felt(start.forces, gap, max_abs(going))))

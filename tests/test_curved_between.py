@@ -9,12 +9,14 @@ import pytest
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
+from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.meshes.sections import block
 from bipot.scene.between import Surroundings
-from bipot.scene.supports import Support
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
@@ -25,6 +27,7 @@ from tests.curved import dragged, forces, marched, pressed
 from tests.scenes import refused
 
 RUBBER = Elastic(Elasticity(1e3, 0.3))
+METAL = VonMises(Elasticity(7e4, 0.3), Linear(100.0, 200.0))
 
 
 def needle(centre, radius, travel, elements=2, path=((0, 0), (1, 1))):
@@ -44,6 +47,29 @@ def test_a_circle_smaller_than_an_edge_does_not_come_in_between_its_nodes(radius
         scene = needle((x, 1.0 + radius), radius, (0.0, -down))
         with pytest.raises(IncrementFailed, match=r"tools\[0\] comes into the body between nodes \d+ and \d+"):
             list(march(scene, Schedule(increments), Control(Newton(), fallbacks=())))
+
+
+@pytest.mark.parametrize(("candidates", "advice"), [("top", "round the tool more"), ("left", "make it a candidate")])
+def test_only_what_is_no_candidate_is_to_be_made_one(candidates, advice):
+    """Edges of candidates were to be made candidates, too, where a tool is smaller than they are."""
+    scene = needle((0.375, 1.05), 0.05, (0.0, -0.2))
+    (tool,) = scene.tools
+    with pytest.raises(IncrementFailed, match=rf"between nodes .* Refine the boundary there, or {advice}"):
+        list(march(replace(scene, tools=(replace(tool, candidates=(candidates,)),)), Schedule(5)))
+
+
+@pytest.mark.parametrize(("end", "meets"), [(-0.1, "the mirror images of nodes"), (-1.0, "the mirror image of tools")])
+def test_half_a_die_that_goes_on_over_the_body_s_other_part_is_to_be_given_whole(end, meets):
+    """Its cavity lacks a mirror image, and the body rises into what is beyond: a finer boundary was asked for."""
+    half = ((5.0, 1.0), (2.5, 1.0), (2.5, 3.0), (0.5, 3.0), (0.5, 1.0))
+    tool = ShapedTool(Profile((*half, (end, 1.0)), 0.2), (0.0, -0.1), ("top",), 0.1)
+    held = Symmetry("left", 0), Support("base", 1), Support("right", 0)
+    scene = Scene(block(3.0, 1.0, 12, 4), Geometry.PLANE_STRAIN, METAL, held, (tool,))
+    with pytest.raises(IncrementFailed, match=rf"{meets}.* give the tool whole"):
+        list(march(scene, Schedule(3)))
+    both = Profile((*half, *((-x, y) for x, y in reversed(half))), 0.2)
+    *_, last = march(replace(scene, tools=(replace(tool, surface=both),)), Schedule(3))
+    assert last.state.tau == 1.0
 
 
 def test_a_circle_that_nodes_feel_may_be_as_small_as_an_edge():
@@ -71,7 +97,7 @@ def test_the_rounded_tip_of_a_flat_tool_comes_in_as_a_whole_circle_does(off):
         tool = ShapedTool(surface, (0.0, -4.0), ("top",), 0.1)
         found = body.between(tool, mesh.nodes, mesh.nodes, poses)
         assert (found is None) == (off > 1.0)
-        assert found is None or (mesh.nodes[list(found), 1] == 1.0).all()
+        assert found is None or (mesh.nodes[list(found[:2]), 1] == 1.0).all()
 
 
 @pytest.mark.slow

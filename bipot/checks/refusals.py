@@ -23,6 +23,10 @@ MOST_STRAINED = 1.0
 """The largest equivalent strain of an increment: the midpoint strain then has an error of a tenth. Beyond twice that
 strain the equations have other solutions, in which a freely flowing body turns by a right angle and back."""
 
+BOTH_HALVES = (
+    "Model the whole body, or give the tool whole, with its own mirror image: it meets both halves of the body."
+)
+
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
 
@@ -116,9 +120,11 @@ def _refuse_between(iterate: Iterate) -> None:
         start, poses = increment.start.nodes, np.stack([increment.tools.placed[k], iterate.placed[k]])
         passed = scene.surroundings.between(tool, start, iterate.nodes, poses)
         if passed is not None:
-            one, other = passed
-            said = f"tools[{k}] comes into the body between nodes {one} and {other}"
-            raise Refused(said, "Refine the boundary there, or make it a candidate: it does not feel the tool.")
+            feels = np.isin(passed[:2], scene.mesh.boundary_nodes(*tool.candidates)).all()
+            otherwise = "round the tool more: it is small beside the edge" if feels else "make it a candidate"
+            advice = f"Refine the boundary there, or {otherwise}. There it does not feel the tool."
+            said = f"tools[{k}] comes into the body between {passed}"
+            raise Refused(said, BOTH_HALVES if passed.mirrored and scene.planes else advice)
 
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
@@ -147,7 +153,7 @@ def _refuse_image(iterate: Iterate) -> None:
             depth = image_depth(plane, scene.mesh, tool, iterate.nodes, iterate.placed[k])
             if depth > TOUCHES * scene.size:
                 said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
-                raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")
+                raise Refused(said, BOTH_HALVES)
 
 
 def _refuse_itself(iterate: Iterate) -> None:

@@ -41,6 +41,9 @@ ROUND_OFF = 8 * float(np.finfo(float).eps)
 REACH = 10.0
 """A tool farther from the body than this many sizes of the whole body is out of reach."""
 
+NEXT_TO = 0.1
+"""A tool is felt in an increment if it comes nearer than this part of what the body's nodes move."""
+
 
 @dataclass(frozen=True)
 class Candidates:
@@ -126,6 +129,11 @@ class Candidates:
     def reached(self, gap: Floats) -> Bools:
         """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end of an increment if the body rests."""
         near = self.owned & (gap <= REACH * self.scene.size)
+        return np.asarray(near.any(axis=1))
+
+    def felt(self, forces: Floats, gap: Floats, gone: float) -> Bools:
+        """Which tools (k,) carry ``forces`` (c, d), or come to by their least ``gap`` (c,); nodes go up to ``gone``."""
+        near = self.owned & (forces.any(axis=1) | (gap <= NEXT_TO * gone))
         return np.asarray(near.any(axis=1))
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:

@@ -71,7 +71,7 @@ class Surroundings:
             out = np.concatenate([out, plane.images(out[:, ::-1])])
         return out
 
-    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
+    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> Ends | None:
         """Two neighbours on the surface behind which a part of the tool is too deep, or None.
 
         Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (p,).
@@ -82,7 +82,7 @@ class Surroundings:
         ends = tool.own(self.ends(nodes), pose)
         return first_of(self.lines, self._deep(ends, tips, tool.face))
 
-    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
+    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> Ends | None:
         """Two neighbours on the surface between which a part of the tool comes in, or None.
 
         Nodes move from ``start`` to ``end`` (a, d), the tool from the first to the second of the ``poses`` (2, 3).
@@ -101,12 +101,24 @@ class Surroundings:
         return out
 
 
-def first_of(outlines: Ints, found: Bools) -> tuple[int, int] | None:
+class Ends(NamedTuple):
+    """Two nodes of an edge or face; ``mirrored`` where it is their mirror images that are meant."""
+
+    one: int
+    other: int
+    mirrored: bool = False
+
+    def __str__(self) -> str:
+        return f"{'the mirror images of ' * self.mirrored}nodes {self.one} and {self.other}"
+
+
+def first_of(outlines: Ints, found: Bools) -> Ends | None:
     """Two nodes far apart on the first of the ``outlines`` (f, m) that was ``found`` (f',) on it or on an image."""
     if not found.any():
         return None
-    first = outlines[np.argmax(found) % len(outlines)]
-    return int(first[0]), int(first[len(first) // 2])
+    first = int(np.argmax(found))
+    nodes = outlines[first % len(outlines)]
+    return Ends(int(nodes[0]), int(nodes[len(nodes) // 2]), first >= len(outlines))
 
 
 class _Place(NamedTuple):

@@ -22,7 +22,7 @@ import numpy as np
 from bipot.errors import require
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.scene.between import DEPTH, first_of, uncut
+from bipot.scene.between import DEPTH, Ends, first_of, uncut
 from bipot.scene.symmetry import Mirror
 from bipot.tensors import norm
 from bipot.tools.surfaces import Plane, Surface, Tips
@@ -62,13 +62,13 @@ class Skin:
             out = np.concatenate([out, plane.images(out[:, :, [1, 0, 2]])])
         return out
 
-    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
+    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> Ends | None:
         """Two nodes of a face behind which the tool in the ``pose`` (6,) is too deep, or None."""
         if isinstance(tool.face, Plane):
             return None
         return first_of(self.rings, _deep(tool.own(self.triangles(nodes), pose), tool.face))
 
-    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
+    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> Ends | None:
         """Two nodes of a face behind which the tool gets too deep as nodes go from ``start`` to ``end``, or None.
 
         The tool moves from the first to the second of the ``poses`` (2, 6).

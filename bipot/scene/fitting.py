@@ -132,7 +132,7 @@ def _inside(body: Fitted, tool: Tool) -> str | None:
     if tool.distance(nodes, pose).max() <= PLANAR * body.mesh.size:
         return "all of the body is inside it"
     deep = body.surroundings.inside(tool, nodes, pose)
-    return None if deep is None else f"a part of it is behind nodes {deep}, between which no candidate feels it"
+    return None if deep is None else f"a part of it is behind {deep}, between which no candidate feels it"
 
 
 def _followed_back(surface: Surface) -> Surface | None:
