@@ -77,16 +77,18 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     """Starting displacement (n,): the last motion continued, or a body that only supports and tools carry along.
 
     The latter, rest as they see it, is the start where no tool, support or load moves or changes, because the material
-    is rate-independent, where the path turns, because the last motion says nothing of the next one, and where contacts
-    indicate that tools reverse: then forces do work on gaps that open while the body rests, and more work if the last
+    is rate-independent, or where only tools do that neither touch the body nor come to it. So it is where the path
+    turns, because the last motion says nothing of the next one, and where contacts indicate that tools reverse: then
+    forces do work on gaps that open while the body rests, and more work if the last
     motion continues.
     """
     start, rows, rest = increment.start, increment.rows, _carried(increment)
     x = increment.system.body.space.gather(pace.predict(increment))
     if increment.past.turns or not x.any():
         return rest
-    same = np.array_equal(rows.gap, start.gap) and not increment.loads.changes
-    if same and not rows.slip.any() and not increment.tools.driven.any():
+    same = np.array_equal(rows.gap, start.gap) and not rows.slip.any()
+    untouched = not start.forces.any() and bool((rows.gap >= 0).all())
+    if (same or untouched) and not increment.loads.changes and not increment.tools.driven.any():
         return rest
     before = start.forces[:, 0] * start.gap
     moved, resting = (start.forces * rows.motion(y) for y in (x, rest))

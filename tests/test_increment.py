@@ -11,6 +11,7 @@ from bipot.forms import Newton
 from bipot.forms.memory import Pace, Paced
 from bipot.increment import Limits
 from bipot.iterate import Increment
+from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.prediction import begin, predicted
 from tests.scenes import scene, tool
@@ -49,6 +50,16 @@ def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back
     found = predicted(Increment(system, state, 0.75), Pace())
     assert going_on.any()
     np.testing.assert_array_equal(found, share * going_on)
+
+
+def test_a_body_that_a_tool_has_left_is_predicted_to_rest():
+    """It sprang back in the increment in which the tool left it; going on, that would take it beyond yield."""
+    lifted = scene(tools=(tool(path=((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))),))
+    euler = Control(integration=Integration.BACKWARD_EULER)
+    left = [step for step in march(lifted, Schedule(10), euler) if step.state.tau > 0.5]
+    assert all(not step.state.forces.any() and step.state.stress.any() for step in left)
+    assert left[0].state.velocity.any()
+    assert [step.passes for step in left[1:]] == [1] * (len(left) - 1)
 
 
 def test_nothing_is_predicted_from_rest():
