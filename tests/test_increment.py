@@ -1,7 +1,7 @@
 """One increment: what an observer sees of its passes, and where its first one starts."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 import pytest
@@ -49,6 +49,16 @@ def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back
     found = predicted(Increment(system, state, 0.75), Pace())
     assert going_on.any()
     np.testing.assert_array_equal(found, share * going_on)
+
+
+def test_while_the_tool_stays_no_round_off_of_the_last_motion_is_predicted_to_go_on():
+    """A quarter after it has stopped."""
+    staying = scene(tools=(tool(path=((0.0, 0.0), (0.5, 1.0), (1.0, 1.0))),))
+    *_, pressed, held = islice(march(staying, Schedule(4), Control(Newton())), 3)
+    increment = Increment(system_of(staying), replace(held.state, du=1e-12 * pressed.state.du), 1.0)
+    assert increment.past.rates.any()
+    assert not increment.past.turns
+    assert not predicted(increment, Pace()).any()
 
 
 def test_nothing_is_predicted_from_rest():
