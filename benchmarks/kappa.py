@@ -46,7 +46,7 @@ class Kappa:
             factor.solve(response.internal)
         self.samples.append(time.process_time() - began)
         self.factorisations.append(factorised - assembled)
-        self.fill = factor.fill
+        self.fill = factor.lu.L.nnz + factor.lu.U.nnz
 
     @property
     def median(self) -> float:

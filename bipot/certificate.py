@@ -110,18 +110,18 @@ class Balance:
     @property
     def equilibrium(self) -> float:
         """The largest nodal residual over the force."""
-        return _ratio(max_abs(self.residual), self.force)
+        return _over(max_abs(self.residual), self.force)
 
     @property
     def tools(self) -> float:
         """The largest residual of a tool over its scale."""
         pairs = zip(np.abs(self.tool_residual).tolist(), self.tool_force.tolist(), strict=True)
-        return max((_ratio(off, force) for off, force in pairs), default=0.0)
+        return max((_over(off, force) for off, force in pairs), default=0.0)
 
     @property
     def resolution(self) -> float:
         """The value of :attr:`equilibrium` that round-off alone may cause."""
-        return _ratio(self.blur, self.force)
+        return _over(self.blur, self.force)
 
 
 @dataclass(frozen=True)
@@ -208,18 +208,18 @@ def certify(
     resolution = Resolution(
         equilibrium=balance.resolution,
         yield_violation=EPS * 2 * max_abs(material.stress) / float(material.yield_stress.min()),
-        cone_violation=_ratio(unsure, contact.largest),
-        law=_ratio(law_blur, contact.present) if contact.present > 0 else 0.0,
-        relative_gap=_ratio(gap_blur, energy) if energy > 0 else 0.0,
+        cone_violation=_over(unsure, contact.largest),
+        law=_over(law_blur, contact.present, law_blur),
+        relative_gap=_over(gap_blur, energy, gap_blur),
     )
     return Certificate(
         equilibrium=balance.equilibrium,
         yield_violation=float(np.maximum(excess, 0).max()),
         penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / size,
-        cone_violation=_ratio(_cone(contact), contact.largest),
+        cone_violation=_over(_cone(contact), contact.largest),
         law=_over(law, contact.present, law_blur),
         gap=gap,
-        relative_gap=max(_over(gap, energy, gap_blur), _ratio(material_gap, material_energy)),
+        relative_gap=max(_over(gap, energy, gap_blur), _over(material_gap, material_energy)),
         contact_gap=contact_gap,
         material_gap=material_gap,
         resolution=resolution,
@@ -271,13 +271,6 @@ def _cone(contact: ContactFields) -> float:
     return float(violation.max(initial=0.0))
 
 
-def _over(value: float, scale: float, blur: float) -> float:
+def _over(value: float, scale: float, blur: float = 0.0) -> float:
     """``value`` over its scale; over a scale of zero it is either round-off, up to ``blur``, or not met at all."""
     return value / scale if scale > 0 else 0.0 if value <= blur else np.inf
-
-
-def _ratio(value: float, scale: float) -> float:
-    """``value`` over its scale, inf over a scale of zero, except that 0/0 is 0."""
-    if value == 0.0:
-        return 0.0
-    return value / scale if scale > 0 else np.inf

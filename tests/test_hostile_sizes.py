@@ -28,7 +28,7 @@ from bipot import (
     ring_3d,
     upsetting,
 )
-from bipot.basics import machine
+from bipot.meshes import cells
 from bipot.meshes.elements import elements_of
 from studies import convergence, coulomb_profiles, hard_cases, landings, penalty_vs_conic
 from studies.fuzz import __main__ as fuzz
@@ -128,15 +128,15 @@ def test_the_memory_that_is_said_is_near_what_a_march_takes():
     with_imports, _ = memory_benchmark.measured(2, 3)
     peak, _ = memory_benchmark.measured(40, 3)
     nodes = len(upsetting(mu=0.1, elements=40).mesh.nodes)
-    assert 0.5 < machine.BYTES_A_NODE * nodes / (1e9 * (peak - with_imports)) < 2
+    assert 0.5 < cells.BYTES_A_NODE * nodes / (1e9 * (peak - with_imports)) < 2
 
 
 def test_what_fits_is_not_refused_and_what_does_not_is_by_a_machine_that_says_nothing(monkeypatch):
-    monkeypatch.setattr(machine, "memory", lambda: 3 * 10 * 10 * machine.BYTES_A_NODE)
+    monkeypatch.setattr(cells, "memory", lambda: 3 * 10 * 10 * cells.BYTES_A_NODE)
     assert len(upsetting(mu=0.1, elements=10).mesh.elements) == 100
     with pytest.raises(SceneError, match=r"elements = 11: must be so few that they fit into the 0\.006 GB of memory"):
         upsetting(mu=0.1, elements=11)
-    monkeypatch.setattr(machine, "memory", lambda: None)
+    monkeypatch.setattr(cells, "memory", lambda: None)
     assert len(upsetting(mu=0.1, elements=11).mesh.elements) == 121
 
 

@@ -1,7 +1,7 @@
 """One increment: what an observer sees of its passes, and where its first one starts."""
 
 from dataclasses import replace
-from itertools import pairwise
+from itertools import islice, pairwise
 
 import numpy as np
 import pytest
@@ -60,6 +60,16 @@ def test_a_body_that_a_tool_has_left_is_predicted_to_rest():
     assert all(not step.state.forces.any() and step.state.stress.any() for step in left)
     assert left[0].state.velocity.any()
     assert [step.passes for step in left[1:]] == [1] * (len(left) - 1)
+
+
+def test_while_the_tool_stays_no_round_off_of_the_last_motion_is_predicted_to_go_on():
+    """A quarter after it has stopped."""
+    staying = scene(tools=(tool(path=((0.0, 0.0), (0.5, 1.0), (1.0, 1.0))),))
+    *_, pressed, held = islice(march(staying, Schedule(4), Control(Newton())), 3)
+    increment = Increment(system_of(staying), replace(held.state, du=1e-12 * pressed.state.du), 1.0)
+    assert increment.past.rates.any()
+    assert not increment.past.turns
+    assert not predicted(increment, Pace()).any()
 
 
 def test_nothing_is_predicted_from_rest():

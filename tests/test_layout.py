@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from bipot.basics import machine
 from bipot.fem.elements import RULES, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
+from bipot.meshes import cells
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.layout import Layout
 from bipot.meshes.sections import block, cylinder, ring
@@ -113,7 +113,7 @@ def test_counts_and_gradings_are_refused_as_without_a_layout():
 
 def test_room_is_asked_for_what_there_will_be(monkeypatch):
     """Three by three Q4 have 9 cells in lines and 15 fanned."""
-    monkeypatch.setattr(machine, "memory", lambda: 14 * machine.BYTES_A_NODE)
+    monkeypatch.setattr(cells, "memory", lambda: 14 * cells.BYTES_A_NODE)
     assert block(1.0, 1.0, 3, 3).elements.shape == (9, 4)
     refused(lambda: block(1.0, 1.0, 3, 3, layout=FANNED), "n_x = 3: must be so few")
 

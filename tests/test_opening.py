@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bipot.checks.opening import openable
+from bipot.checks.determinacy import openable
 
 
 def test_a_block_between_walls_opens_what_its_motion_along_them_opens():

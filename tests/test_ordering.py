@@ -34,11 +34,16 @@ def factor(K, rank):
     return pattern, pattern.factorise(pattern.by_row(K.data)[:-1])
 
 
+def fill(factor):
+    """Entries of L and U."""
+    return factor.lu.L.nnz + factor.lu.U.nnz
+
+
 def test_nested_dissection_fills_less_than_minimum_degree_on_a_fine_mesh():
     K, places = posed(40)
     pattern, lu = factor(K, dissection(K.indices, K.indptr, places))
     other = factor(K, minimum_degree(K.indices, K.indptr))[1]
-    assert lu.fill < other.fill
+    assert fill(lu) < fill(other)
     b = np.sin(np.arange(len(places)))
     np.testing.assert_allclose(K @ pattern.solve(lu, b), b, atol=1e-11)
 
@@ -81,7 +86,7 @@ def test_in_space_nested_dissection_is_the_order_and_fills_less():
     column = np.repeat(np.arange(space.size), np.diff(space.indptr))
     other = Pattern.ranked(space.indices, column, minimum_degree(space.indices, space.indptr))
     data = np.where(space.indices == column, 100.0, -1.0)
-    fills = [pattern.factorise(pattern.by_row(data)[:-1]).fill for pattern in (found, other)]
+    fills = [fill(pattern.factorise(pattern.by_row(data)[:-1])) for pattern in (found, other)]
     assert found.panel > 1
     assert fills[0] < 0.97 * fills[1]
 

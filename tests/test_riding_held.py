@@ -68,10 +68,16 @@ def jawed(other: float = ANGLE, aside: float = 0.0, mu: float = np.inf) -> Scene
     return replace(asked, tools=(asked.tools[0], replace(asked.tools[1], mu=mu), jaw))
 
 
-@pytest.mark.parametrize(("other", "aside", "share"), [(ANGLE, 0.0, 1.0), (2 * ANGLE, 0.0, 0.0), (ANGLE, 0.2, 1.0)])
+@pytest.mark.parametrize(
+    ("other", "aside", "share"),
+    [(ANGLE, 0.0, 1.0), (2 * ANGLE, 0.0, 0.0), (ANGLE, 0.2, 1.0), (ANGLE, 3.0, 0.0)],
+)
 @pytest.mark.parametrize("held", [False, True])
 def test_two_jaws_that_turn_alike_take_a_body_along_as_one(other, aside, share, held):
-    """By welds, or by friction on opposite sides; not by other angles. About another place it is translated besides."""
+    """By welds, or by friction on opposite sides; not by other angles. About another place it is translated besides.
+
+    Not about a place far beside, as rolls do.
+    """
 
     def forces(system):
         return (system.candidates.tool > 0)[:, None] * np.array([1.0, 0.15, 0.0])
@@ -193,6 +199,18 @@ def test_a_block_turns_on_a_peg_that_is_round_about_the_place_of_the_turn(beside
     peg = ShapedTool(Circle((0.5, -radius), radius), (0.0, 0.0), ("base",), 0.0)
     stop = FlatTool((1.2, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), MU)
     by, exact = taken(replace(asked, mesh=replace(asked.mesh, nodes=x), tools=(stop, lid, peg)))
+    np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
+
+
+@pytest.mark.parametrize(("radius", "share"), [(None, 1.0), (0.3, 0.0)])
+def test_a_weld_at_one_place_turns_nothing_about_it(radius, share):
+    """By a lid or a ball, about the normal."""
+    asked = slab(3, plate(3, ANGLE), axis=(0.0, 0.0, 1.0))
+    if radius is not None:
+        lid = replace(asked.tools[1], surface=sphere((0.5, 0.25, 0.1 + radius), radius))
+        asked = replace(asked, tools=(asked.tools[0], lid))
+    by, exact = taken(asked)
+    assert np.abs(by).max() > 0
     np.testing.assert_allclose(by - by.mean(axis=0), share * (exact - exact.mean(axis=0)), atol=1e-15)
 
 

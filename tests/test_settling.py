@@ -23,7 +23,7 @@ from bipot import (
     block,
     march,
 )
-from bipot.fem.rigid import moved_on
+from bipot.checks.settling import moved_on
 
 MATERIAL = VonMises(Elasticity(2000.0, 0.3), Linear(30.0, 50.0))
 

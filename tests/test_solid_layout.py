@@ -7,11 +7,11 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from bipot.basics import machine
 from bipot.fem.elements import RULES, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.orientation import scaled_jacobians
 from bipot.fem.reduction import Geometry
+from bipot.meshes import cells
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout
 from bipot.meshes.solids import brick
@@ -112,6 +112,6 @@ def test_counts_and_gradings_are_refused_as_without_a_layout():
 
 def test_room_is_asked_for_what_there_will_be(monkeypatch):
     """Three by three by three H8 have 27 cells between planes and 54 fanned."""
-    monkeypatch.setattr(machine, "memory", lambda: 53 * machine.BYTES_A_NODE)
+    monkeypatch.setattr(cells, "memory", lambda: 53 * cells.BYTES_A_NODE)
     assert len(brick(*SIZES, 3, 3, 3).elements) == 27
     refused(lambda: fanned((3, 3, 3)), "n_x = 3: must be so few")

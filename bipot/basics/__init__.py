@@ -1,1 +1,1 @@
-"""Helpers for all modules: memory of the machine, definite matrices, files replaced at once, signals that wait."""
+"""Helpers for all modules: definite matrices, files replaced at once, signals that wait."""

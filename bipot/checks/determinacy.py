@@ -25,7 +25,6 @@ import scipy.sparse as sp
 from scipy.linalg import null_space
 
 from bipot.basics.definite import definite
-from bipot.checks.opening import openable
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Iterate
 from bipot.laws.projections import unit
@@ -47,6 +46,9 @@ ROUND_OFF = 1e-9
 
 STIFF = 1e4
 """Stiffness that prevents a motion, over the largest on the diagonal."""
+
+PIVOTS = 1000
+"""Steps of a linear program per row and column; a program that takes more is cycling."""
 
 
 @dataclass(frozen=True)
@@ -144,6 +146,29 @@ def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     opened = openable(cleaned((rows.G_n @ N)[idle], N))
     # If the linear program does not decide, the motion counts as possible.
     return opened is None or bool(opened[0].any())
+
+
+def openable(normal: Floats) -> tuple[Bools, Floats] | None:
+    """Which contacts (c,) a motion v (m,) with ``normal`` (c, m) v >= 0 opens, and v, which opens as many as possible.
+
+    It maximises sum_c t_c over 0 <= t_c <= 1, t_c <= normal_c v / |normal_c|: scaled up, v opens every contact that any
+    such motion opens. None if the solver does not decide.
+    """
+    count, free = normal.shape
+    if not free:
+        return np.zeros(count, dtype=bool), np.zeros(0)
+    # scipy.optimize takes long to import, and most runs never come here.
+    from scipy.optimize import linprog
+
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    found = linprog(
+        np.concatenate([np.zeros(free), -np.ones(count)]),
+        A_ub=np.hstack([-normal / np.where(length > 0, length, 1.0), np.eye(count)]),
+        b_ub=np.zeros(count),
+        bounds=[(None, None)] * free + [(0, 1)] * count,
+        options={"maxiter": PIVOTS * (count + free)},
+    )
+    return None if found.x is None else (found.x[free:] > 0.5, found.x[:free])
 
 
 def branches(iterate: Iterate, r: Floats) -> bool:

@@ -19,7 +19,6 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, certify
-from bipot.checks.driving import driving
 from bipot.iterate import Increment, Iterate
 from bipot.response import Response
 from bipot.tensors import norm
@@ -114,3 +113,20 @@ class Examined:
             blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
             inside=self.increment.driven_into.depth,
         )
+
+
+def driving(iterate: Iterate, r: Floats) -> Floats:
+    """The scales (m,) of the residuals of driven tools, under contact forces r (c, d).
+
+    It is the driving force itself; for a moment, over its constant lever, the sum of the contact forces times their
+    arms if that is larger, as it is for a tool that rolls freely.
+    """
+    body, contacts = iterate.increment.system.body, iterate.increment.system.candidates
+    drives = body.scene.drives
+    if not drives:
+        return np.zeros(0)
+    given = np.abs(body.space.beside(iterate.load))
+    if not drives.spins.any():
+        return given
+    arms = contacts.parts.sums(norm(iterate.meeting.arm) * norm(contacts.parts.spread(r)))
+    return np.maximum(given, drives.spins * contacts.driven_sums(arms))

@@ -12,8 +12,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from bipot.basics.nonnegative import nonnegative
-from bipot.checks.determinacy import ROUND_OFF, cleaned
-from bipot.checks.opening import openable
+from bipot.checks.determinacy import ROUND_OFF, cleaned, openable
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows
 from bipot.system import System

@@ -2,10 +2,17 @@ r"""The least motion among answers that obey the law equally well, where a body 
 
 Of all x + N t, with the rigid motions N t that neither supports nor closed contacts prevent, it is the one of least
 norm that keeps gaps, and the directions of slips that cost friction: numbering, units and solver do not choose then. A
-rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does
-(:mod:`bipot.fem.rigid`), and settles again where that has led. Each such way is about as long as the square of the last
-one, and a few lead to where none is left. Contacts that touch without a force prevent motions in one direction only:
-where there are any, it settles again from the first way, too.
+rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does,
+and settles again where that has led. Each such way is about as long as the square of the last one, and a few lead to
+where none is left. Contacts that touch without a force prevent motions in one direction only: where there are any, it
+settles again from the first way, too.
+
+A rate v = b + W (x - c) with a skew W moves a point in unit time along
+
+    dy/dt = b + W (y - c),    to the end exp(W) y + ...,
+
+a turn and a translation that strain nothing, however long they are. Points that v leaves at rest stay, and so do planes
+and axes along which it moves nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg import expm
 
 from bipot.certificate import EPS
 from bipot.checks.determinacy import STICKS, cleaned, loose_motions, may_leave, pressed_motions, shared_forces
@@ -23,7 +31,6 @@ from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries
 from bipot.errors import ProgramError
-from bipot.fem.rigid import moved_on
 from bipot.iterate import Iterate
 from bipot.programs.data import Block, Term
 from bipot.tensors import norm
@@ -34,6 +41,9 @@ SETTLED = 1e-12
 
 ENOUGH, WAYS = 1e-9, 10
 """A way this short, over the motion, need not be gone if all gaps are open; most ways that lead to the least motion."""
+
+TURNLESS = 1e-12
+"""A turn by less than this part of the way of a body is none."""
 
 TIGHT = Accuracy(1e-12)
 
@@ -145,3 +155,22 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
     )
     # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
     return x + N @ (unit * solve_once(program, TIGHT).x)
+
+
+def moved_on(places: Floats, rate: Floats) -> Floats:
+    """The displacement (a, d) of ``places`` (a, d) by the rigid motion that begins at the ``rate`` (a, d).
+
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> quarter = np.pi / 2 * np.array([[0.0, 0.0], [0.0, 1.0], [-1.0, 1.0], [-1.0, 0.0]])
+    >>> (square + moved_on(square, quarter))[1:3].round(12).tolist()
+    [[0.0, 1.0], [-1.0, 1.0]]
+    """
+    d, centre, along = places.shape[1], places.mean(axis=0), rate.mean(axis=0)
+    slope: Floats = np.linalg.lstsq(places - centre, rate - along)[0].T
+    turn = (slope - slope.T) / 2
+    # A translation has the round-off of one.
+    turn[np.abs(turn) * np.ptp(places) <= TURNLESS * max_abs(rate)] = 0.0
+    motion = np.zeros((d + 1, d + 1))
+    motion[:d, :d], motion[:d, d] = turn, along
+    whole = np.asarray(expm(motion)) - np.eye(d + 1)
+    return (places - centre) @ whole[:d, :d].T + whole[:d, d]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from io import BytesIO
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from zipfile import ZIP_DEFLATED, ZIP_STORED, BadZipFile, ZipFile
 
 import numpy as np
@@ -24,6 +24,7 @@ from bipot.basics.replacing import replace
 from bipot.errors import BipotError
 
 Arrays = Mapping[str, NDArray[Any]]
+Matrix = TypeVar("Matrix", sp.csc_matrix, sp.csr_matrix)
 
 PARTS = ("data", "indices", "indptr")
 """The vectors of a matrix by columns or by rows."""
@@ -118,18 +119,12 @@ def compressed(name: str, matrix: sp.csc_matrix | sp.csr_matrix) -> dict[str, ND
     return {f"{name}_{part}": getattr(matrix, part) for part in PARTS}
 
 
-def by_columns(arrays: Arrays, name: str, shape: tuple[int, int]) -> sp.csc_matrix:
+def matrix_of(arrays: Arrays, name: str, kind: type[Matrix], shape: tuple[int, int]) -> Matrix:
     """The matrix of :func:`compressed`; raises ValueError where its vectors are those of no such matrix."""
     data, indices, indptr = (arrays[f"{name}_{part}"] for part in PARTS)
-    matrix = sp.csc_matrix((data, indices, indptr), shape=shape)
+    matrix = kind((data, indices, indptr), shape=shape)
     matrix.check_format(full_check=True)
     return matrix
-
-
-def by_rows(arrays: Arrays, name: str, shape: tuple[int, int]) -> sp.csr_matrix:
-    """As :func:`by_columns`, by rows."""
-    transposed = by_columns(arrays, name, (shape[1], shape[0]))
-    return sp.csr_matrix((transposed.data, transposed.indices, transposed.indptr), shape=shape)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.file import Arrays, FileError, by_columns, by_rows, read_vectors
+from bipot.conic.file import Arrays, FileError, matrix_of, read_vectors
 from bipot.conic.problem import KIND, Claim, Cone, ConicProgram, ConicSolution, Rows, Timing
 
 FIELDS = {
@@ -65,7 +65,7 @@ def _program(found: Arrays) -> ConicProgram:
     starts, stops = found["starts"], found["stops"]
     _require((0 <= starts).all() and (starts <= stops).all(), "starts", starts)
     _require((stops <= len(q)).all(), "stops", stops)
-    A = by_rows(found, "A", (len(b), len(q)))
+    A = matrix_of(found, "A", sp.csr_matrix, (len(b), len(q)))
     ends = np.cumsum(lengths)
     rows = tuple(
         Rows(term, cone, sp.csr_matrix(A[end - length : end]), b[end - length : end], width)
@@ -76,7 +76,7 @@ def _program(found: Arrays) -> ConicProgram:
     parts = map(slice, starts.tolist(), stops.tolist())
     blocks = dict(zip(found["blocks"].tolist(), parts, strict=True))
     _require(len(blocks) == len(starts), "blocks", found["blocks"])
-    return ConicProgram(by_columns(found, "P", (len(q), len(q))), q, rows, blocks)
+    return ConicProgram(matrix_of(found, "P", sp.csc_matrix, (len(q), len(q))), q, rows, blocks)
 
 
 def _answer(program: ConicProgram, found: Arrays) -> ConicSolution:

@@ -184,9 +184,8 @@ class _Terms:
 
     @cached_property
     def _euler(self) -> Floats:
-        """sigma_E (e, q, s)."""
-        # Where nothing flows the stresses differ by round-off, which may be all that an unloaded body has left.
-        return self._returned(1) if self._flows or self.solved.response.state is not self.start else self._stress
+        """sigma_E (e, q, s); where no flow was carried on it is sigma to the last bit."""
+        return self._returned(1)
 
     def _returned(self, parts: int) -> Floats:
         """The stress (e, q, s) of radial returns from the start, of the strain in equal ``parts``."""

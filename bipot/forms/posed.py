@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.checks.driving import driving
+from bipot.checks.examined import driving
 from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.contact.closeness import near_tools

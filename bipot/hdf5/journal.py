@@ -20,15 +20,9 @@ import io
 import os
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 from bipot.hdf5.pages import PAGE, ForeignJournal, Pages, journal_of, journal_text, pages_in, read_page
-
-
-class Buffer(Protocol):
-    """A buffer to write or read into, as h5py gives it."""
-
-    def __len__(self) -> int: ...
 
 
 def recover(path: Path) -> bool:
@@ -95,9 +89,9 @@ class Journaled(io.RawIOBase):
         self._size = self._position if size is None else size
         return self._size
 
-    def readinto(self, buffer: Buffer) -> int:  # type: ignore[override]
+    def readinto(self, buffer: Any) -> int:
         """Read from memory where it is newer than the disk."""
-        view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
+        view = memoryview(buffer).cast("B")
         end, done = min(self._position + len(view), self._size), 0
         while self._position < end:
             number, within = divmod(self._position, PAGE)
@@ -107,9 +101,9 @@ class Journaled(io.RawIOBase):
             done += count
         return done
 
-    def write(self, data: Buffer) -> int:  # type: ignore[override]
+    def write(self, data: Any) -> int:
         """Keep it in memory."""
-        view = memoryview(data).cast("B")  # type: ignore[arg-type]
+        view = memoryview(data).cast("B")
         done = 0
         while done < len(view):
             number, within = divmod(self._position, PAGE)

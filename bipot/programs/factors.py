@@ -25,17 +25,12 @@ RELAX = 4
 
 SINGULAR = "the Newton matrix is singular: the body can move without resistance"
 
-ENTRIES, PERTURBED = 18, 14
-"""Indices of Pardiso's number of entries in the factors, and of its number of replaced pivots."""
+PERTURBED = 14
+"""Index of Pardiso's number of replaced pivots."""
 
 
 class Factor(Protocol):
     """Factors of a matrix A (n, n)."""
-
-    @property
-    def fill(self) -> int:
-        """Number of their entries."""
-        ...
 
     def solve(self, b: Floats) -> Floats:
         """x (n,) with A x = b."""
@@ -60,11 +55,6 @@ class SuperLUFactor:
     """Factors of the transpose."""
 
     lu: sla.SuperLU
-
-    @property
-    def fill(self) -> int:
-        """Entries of L and U."""
-        return self.lu.L.nnz + self.lu.U.nnz
 
     def solve(self, b: Floats) -> Floats:
         """See :class:`Factor`."""
@@ -93,11 +83,6 @@ class PardisoFactor:
 
     solver: Any
     matrix: sp.csr_matrix
-
-    @property
-    def fill(self) -> int:
-        """Entries of L and U as Pardiso counts them."""
-        return int(self.solver.get_iparm(ENTRIES))
 
     def solve(self, b: Floats) -> Floats:
         """See :class:`Factor`."""
