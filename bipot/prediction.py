@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from bipot.certificate import EPS, Bounds
+from bipot.certificate import Bounds
 from bipot.checks.examined import Examined
 from bipot.checks.refusals import MOST_STRAINED
 from bipot.errors import InvertedElement, NotConverged
@@ -78,9 +78,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
 
     The latter, rest as they see it, is the start where no tool, support or load moves or changes, because the material
     is rate-independent, or where only tools do that neither touch the body nor come to it. So it is where the path
-    turns, because the last motion says nothing of the next one, and where contacts indicate that tools reverse: then
-    forces do work on gaps that open while the body rests, and more work if the last
-    motion continues.
+    turns, because the last motion says nothing of the next one.
     """
     start, rows, rest = increment.start, increment.rows, _carried(increment)
     x = increment.system.body.space.gather(pace.predict(increment))
@@ -88,11 +86,5 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
         return rest
     same = np.array_equal(rows.gap, start.gap) and not rows.slip.any()
     untouched = not start.forces.any() and bool((rows.gap >= 0).all())
-    if (same or untouched) and not increment.loads.changes and not increment.tools.driven.any():
-        return rest
-    before = start.forces[:, 0] * start.gap
-    moved, resting = (start.forces * rows.motion(y) for y in (x, rest))
-    going_on, staying = (float(work.sum() - before.sum()) for work in (moved, resting))
-    # Where tools rest, the work over no motion is round-off of these sums, of either sign.
-    noise = EPS * float(np.abs(resting).sum() + np.abs(before).sum())
-    return rest if going_on > staying > noise else x
+    stays = (same or untouched) and not increment.loads.changes and not increment.tools.driven.any()
+    return rest if stays else x
