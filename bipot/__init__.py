@@ -13,7 +13,7 @@ certificate. These are the public names by subject; everything else is in the su
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
 * limit loads: limit_load, LimitLoad
-* march: march, Course, Schedule, Control, Integration, Limits, Bounds, Locate
+* march: march, handed_on, Course, Schedule, Control, Integration, Limits, Bounds, Locate
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * linear algebra of Newton: SuperLU, Pardiso
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
@@ -39,6 +39,7 @@ from bipot.control.accepted import Accepted
 from bipot.control.control import Control
 from bipot.control.course import Course
 from bipot.control.landing import Locate
+from bipot.control.starting import handed_on
 from bipot.energy import Energies
 from bipot.errors import (
     BipotError,
@@ -186,6 +187,7 @@ __all__ = [
     "cylinder",
     "cylinder_3d",
     "flat_punch",
+    "handed_on",
     "limit_load",
     "march",
     "ring",

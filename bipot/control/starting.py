@@ -1,4 +1,4 @@
-"""Checks that the state or course from which a march starts belongs to its scene."""
+"""From which state or course a march starts: checks that it belongs to its scene, and bodies under other tools."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.load_change import BALANCED
 from bipot.response import State
-from bipot.system import System
+from bipot.scene.scene import Scene
+from bipot.system import System, system_of
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats, max_abs
 
@@ -50,6 +51,27 @@ def course_of(start: State | Course | None, system: System, equilibrium: float) 
     allowed = f"at most start.before.tau, {before.tau:g}"
     require(not before.middle > before.tau, "start.before.middle", before.middle, allowed)
     return start
+
+
+def handed_on(state: State, scene: Scene) -> State:
+    """The body of a ``state`` that no tool presses, as the start of a march of another ``scene`` of the same mesh.
+
+    Pseudo-time begins anew. Gaps are those to the tools of ``scene`` where they are at rest.
+
+    Raises:
+        SceneError: contact forces; nodes of another mesh; a tool in the body, naming it.
+    """
+    require_type(state, State, "state")
+    require_type(scene, Scene, "scene")
+    require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
+    _require_like(state.nodes, scene.mesh.nodes, "state.nodes")
+    contacts, none = system_of(scene).candidates, np.zeros(len(scene.drives))
+    gap = contacts.distance(state.nodes, scene.at_rest)
+    if gap.min(initial=0.0) < -PLACED * scene.mesh.size:
+        k, depth = int(contacts.tool[gap.argmin()]), -float(gap.min())
+        raise SceneError(f"tools[{k}]: must be off the body, not {depth:.3g} in it: let its way begin farther off")
+    forces = np.zeros((len(gap), scene.mesh.dimension))
+    return replace(state, tau=0.0, gap=gap, forces=forces, translation=none, translated=none)
 
 
 def require_start(start: State, system: System, equilibrium: float) -> None:

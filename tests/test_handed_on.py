@@ -1,0 +1,101 @@
+"""A body that tools have left goes on under other ones as it would in one scene of them all."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    Elasticity,
+    Element,
+    FlatTool,
+    Force,
+    Geometry,
+    Integration,
+    Linear,
+    Newton,
+    Scene,
+    Schedule,
+    Symmetry,
+    VonMises,
+    block,
+    handed_on,
+    march,
+    upsetting,
+)
+from tests.scenes import refused
+
+RAMP = (0.0, 0.0), (1.0, 1.0)
+DOWN_AND_UP = (0.0, 0.0), (0.5, 1.0), (1.0, -2.0)
+EULER = Control(Newton(), integration=Integration.BACKWARD_EULER)
+
+
+def pressed(*tools):
+    """A quarter of a bar, yielding at 0.1 % of strain."""
+    return Scene(
+        mesh=block(2.0, 1.0, 3, 2, element=Element.Q4),
+        geometry=Geometry.PLANE_STRAIN,
+        material=VonMises(Elasticity(1e5, 0.3), Linear(100.0, 500.0)),
+        supports=(Symmetry("left", 0), Symmetry("base", 1)),
+        tools=tools,
+    )
+
+
+def lid(*path):
+    return FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.03), ("top",), 0.2, path or RAMP)
+
+
+def wall(*path):
+    return FlatTool((2.1, 0.0), (-1.0, 0.0), (-0.15, 0.0), ("right",), 0.1, path or RAMP)
+
+
+def first_state():
+    *_, last = march(pressed(lid(*DOWN_AND_UP)), Schedule(6), EULER)
+    return last.state
+
+
+def test_two_scenes_one_after_the_other_are_one_scene_of_both_tools():
+    down = (0.0, 0.0), (0.25, 1.0), (0.5, -2.0), (1.0, -2.0)
+    together = list(march(pressed(lid(*down), wall((0.0, 0.0), (0.5, 0.0), (1.0, 1.0))), Schedule(12), EULER))
+    second = pressed(wall())
+    after = list(march(second, Schedule(6), EULER, start=handed_on(first_state(), second)))
+    assert len(after) == 6
+    forces = [step.tool_force(0)[0] for step in after]
+    assert min(forces) < -300.0
+    np.testing.assert_allclose(forces, [step.tool_force(1)[0] for step in together[6:]], rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(after[-1].state.nodes, together[-1].state.nodes, atol=1e-10)
+    np.testing.assert_allclose(after[-1].state.peeq, together[-1].state.peeq, atol=1e-10)
+
+
+def test_tools_that_forces_drive_begin_where_they_are_at_rest():
+    """A force presses the wall that has 0.1 to go as far as the path that needs it does."""
+    by_path = pressed(wall())
+    *_, step = march(by_path, Schedule(6), EULER, start=handed_on(first_state(), by_path))
+    driven = replace(wall(), travel=(0.0, 0.0), driven_by=Force((float(step.tool_force(0)[0]), 0.0)))
+    by_force = pressed(driven)
+    *_, end = march(by_force, Schedule(6), EULER, start=handed_on(first_state(), by_force))
+    np.testing.assert_allclose(np.abs(end.state.translation), [0.15], rtol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("state", "scene", "words"),
+    [
+        (
+            lambda: next(march(pressed(lid()), Schedule(1))).state,
+            pressed(wall()),
+            r"state.forces = .*: must be zero: lift",
+        ),
+        (first_state, upsetting(mu=0.1, elements=2), r"state.nodes = 'of shape \(12, 2\)': must be of shape \(21, 2\)"),
+        (
+            first_state,
+            pressed(replace(wall(), point=(1.9, 0.0))),
+            r"tools\[0\]: must be off the body, not 0.1.* in it: let its way begin farther off",
+        ),
+        (lambda: None, pressed(wall()), "state = None: must be a State"),
+        (first_state, None, "scene = None: must be a Scene"),
+    ],
+    ids=["pressed", "another mesh", "in the body", "no state", "no scene"],
+)
+def test_what_cannot_go_on_is_refused(state, scene, words):
+    refused(lambda: handed_on(state(), scene), words)
