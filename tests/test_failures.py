@@ -203,6 +203,17 @@ def test_where_the_scene_shows_no_reason_more_increments_are_advised():
     assert words.endswith("Use more increments, or a mesh that is less distorted there.")
 
 
+@pytest.mark.parametrize(("room", "crushed"), [(0.01, True), (1.0, False)])
+def test_a_body_that_fills_its_die_is_told_how_much_volume_it_has_lost(room, crushed):
+    """A wall beside it leaves less room than the volume that a punch displaces."""
+    wall = tool(point=(1.0 + room, 0.0), normal=(-1.0, 0.0), travel=(0.0, 0.0), candidates=("right",))
+    filled = scene(tools=(tool(travel=(0.0, -0.1)), wall))
+    state = list(march(filled, Schedule(10, landings=(0.9,)), Control(Newton())))[-2].state
+    with pytest.raises(IncrementFailed) as failed:
+        list(march(filled, Schedule(1), GIVES_UP, start=state))
+    assert ("has lost 8% of its volume: give it more room" in str(failed.value)) == crushed
+
+
 def test_where_round_off_of_the_volume_change_is_the_cause_a_lower_poisson_s_ratio_is_advised():
     words = last_words(scene(material=VonMises(Elasticity(210e3, 0.4999999), Perfect(1e-3))), GIVES_UP)
     assert "Lower Poisson's ratio: at 1 - 2 nu = 2e-07" in words

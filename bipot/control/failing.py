@@ -24,6 +24,10 @@ BLURRED = 1e-4
 NEXT = 4.0
 """A maximum of the load within this many lengths of the failed increment explains the failure."""
 
+CRUSHED = 0.95
+"""Part of its volume at rest below which a body that yields is crushed: its mean pressure is then about a twentieth
+of the bulk modulus."""
+
 
 def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahead: float) -> IncrementFailed:
     """The error that says what failed after the number ``cuts`` of halvings, with one sentence on what to change.
@@ -40,7 +44,10 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         return passed
     is_explained = isinstance(attempt.last, Refused | InvertedElement)
     corner = None if is_explained else cornered(increment)
-    if corner is not None:
+    crushed = None if isinstance(attempt.last, Refused) else _crushed(increment)
+    if crushed is not None:
+        more = crushed
+    elif corner is not None:
         more = corner
     elif isinstance(attempt.last, UnsuitedForm):
         more = "Take another form, or give it fallbacks."
@@ -58,6 +65,18 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     else:
         more = _rigid_in_volume(increment) or "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)
+
+
+def _crushed(increment: Increment) -> str | None:
+    """The advice where tools have compressed a body that yields, None where they have not."""
+    state, body = increment.start, increment.system.body
+    now, at_rest = (float(body.space.gradients(x).volume.sum()) for x in (state.nodes, body.scene.mesh.nodes))
+    if now > CRUSHED * at_rest or not state.peeq.any():
+        return None
+    return (
+        f"The body fills the room that its tools leave it, and has lost {1 - now / at_rest:.0%} of its volume: give it "
+        "more room, or stop the tools earlier."
+    )
 
 
 def _rigid_in_volume(increment: Increment) -> str | None:
