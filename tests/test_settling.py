@@ -11,19 +11,25 @@ from bipot import (
     Control,
     Dissipation,
     Elasticity,
+    Element,
     FlatTool,
     Geometry,
+    IncrementFailed,
     Linear,
     Newton,
     Scene,
     Schedule,
     ShapedTool,
     Turn,
+    VolumeChange,
     VonMises,
     block,
+    brick,
     march,
+    sphere,
 )
 from bipot.checks.settling import moved_on
+from bipot.system import system_of
 
 MATERIAL = VonMises(Elasticity(2000.0, 0.3), Linear(30.0, 50.0))
 
@@ -91,6 +97,25 @@ def test_units_do_not_choose_whether_a_free_block_comes_to_lie_on_a_tool(length,
         return end.state.nodes / length
 
     np.testing.assert_allclose(pushed(length, stress), pushed(1.0, 1.0), atol=1e-8)
+
+
+def test_gaps_far_from_a_motion_of_round_off_do_not_bound_it():
+    """A ball pushes a block in space until it comes in between the nodes, which is refused, and by nothing else."""
+    ball = ShapedTool(sphere((-1.0, 1.3, 1.0), 1.0), (1.2, 0.0, 0.0), ("left",), 0.0)
+    floor = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), 0.0)
+    scene = Scene(brick(6.0, 2.0, 4.0, 4, 2, 2), Geometry.SOLID, MATERIAL, (), (ball, floor))
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] comes into the body between nodes"):
+        list(march(scene, Schedule(4), Control(Newton(), ())))
+
+
+def test_what_a_body_that_is_all_but_turned_inside_out_strains_is_a_number():
+    """Iterates may: the middle between places and those opposite is a point."""
+    mesh = block(1.0, 1.0, 1, 1, element=Element.Q4)
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    system = system_of(Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (floor,), volume=VolumeChange.P0))
+    through = -1.999 * (mesh.nodes - mesh.nodes.mean(axis=0))
+    response = system.body.respond(system.rest(), system.body.space.gather(through.ravel()))
+    assert np.isfinite(response.internal).all()
 
 
 @pytest.mark.slow

@@ -143,14 +143,15 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
         # A gap that nothing opens, or that is closed, stays as it is.
         kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
         room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
+    bounded, least = np.vstack([opens, forward]), np.append(room, length)
+    if sunk is None:
+        # The way is no longer than twice that to the origin: what is farther off is no bound, and may be no number of
+        # this program's, where the motion is round-off.
+        least = np.minimum(least, 2 * norm(bounded) * norm(N.T @ x))
     program = ConicProgram(
         P=sp.csc_matrix(np.eye(N.shape[1])),
         q=N.T @ x / unit,
-        rows=(
-            Rows(
-                Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(np.vstack([opens, forward])), np.append(room, length) / unit
-            ),
-        ),
+        rows=(Rows(Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(bounded), least / unit),),
         blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
     )
     # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.

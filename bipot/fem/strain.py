@@ -35,6 +35,9 @@ from bipot.typing import Floats, Ints
 TOGETHER = 2**16
 """Number of entries of D that are computed at a time: half a megabyte."""
 
+LARGEST = 300.0
+"""Volume strain above which an element is as large as any: no answer has it."""
+
 
 @dataclass(frozen=True)
 class Scratch:
@@ -180,7 +183,7 @@ class Midpoint:
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn(contract(middle, reduction.symmetric.T), half)
         # With volumes at the end instead of the middle, accumulated volume changes are off by order one.
-        straining = None if projection is None else projection.at(end.volume * np.exp(-trace(strain) / 2))
+        straining = None if projection is None else projection.at(end.volume * np.exp(_finite(-trace(strain) / 2)))
         return Kinematics(
             **vars(end), strain=strained(strain, straining), middle=middle, straining=straining, half=half
         )
@@ -200,6 +203,11 @@ class Midpoint:
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
         """The end."""
         return nodes + du
+
+
+def _finite(strain: Floats) -> Floats:
+    """The ``strain``, as far as its exponential is a number: iterates that run away strain by any amount."""
+    return np.minimum(strain, LARGEST)
 
 
 def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
