@@ -145,9 +145,10 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
         room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
     bounded, least = np.vstack([opens, forward]), np.append(room, length)
     if sunk is None:
-        # The way is no longer than twice that to the origin: what is farther off is no bound, and may be no number of
-        # this program's, where the motion is round-off.
-        least = np.minimum(least, 2 * norm(bounded) * norm(N.T @ x))
+        # The way is no longer than twice that to the origin. Where the motion is round-off, what is farther off than
+        # that is farther than the program has numbers for.
+        near = least <= 2 * norm(bounded) * norm(N.T @ x)
+        bounded, least = bounded[near], least[near]
     program = ConicProgram(
         P=sp.csc_matrix(np.eye(N.shape[1])),
         q=N.T @ x / unit,
