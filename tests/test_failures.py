@@ -11,12 +11,14 @@ from bipot.checks.diagnosis import cornered
 from bipot.checks.free import free
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
+from bipot.control import attempting
 from bipot.coulomb import CoulombProblem
-from bipot.errors import IncrementFailed, ProgramError
+from bipot.errors import IncrementFailed, NotConverged, ProgramError, Refused
 from bipot.fem.reduction import Geometry
 from bipot.forms import (
     Delassus,
     Dissipation,
+    FormName,
     Newton,
     Optimiser,
     Penalty,
@@ -212,6 +214,16 @@ def test_a_body_that_fills_its_die_is_told_how_much_volume_it_has_lost(room, cru
     with pytest.raises(IncrementFailed) as failed:
         list(march(filled, Schedule(1), GIVES_UP, start=state))
     assert ("has lost 8% of its volume: give it more room" in str(failed.value)) == crushed
+
+
+def test_what_one_form_refuses_says_more_than_that_the_next_one_does_not_converge(monkeypatch):
+    def tried(increment, form, *rest):
+        raise Refused("no answer", "Do it.") if form.name is FormName.NEWTON else NotConverged("cycles")
+
+    monkeypatch.setattr(attempting, "solve_increment", tried)
+    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
+    with pytest.raises(IncrementFailed, match=r"failed \(newton: no answer\)\. Do it\."):
+        next(march(scene, Schedule(1), Control(Newton(), (Tangent(),), cuts=0)))
 
 
 def test_where_round_off_of_the_volume_change_is_the_cause_a_lower_poisson_s_ratio_is_advised():

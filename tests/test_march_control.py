@@ -149,16 +149,6 @@ def test_what_all_forms_refuse_with_the_flow_the_first_one_refuses_without(why, 
     assert asked == [(form, 0.5) for form in forms]
 
 
-def test_what_one_form_refuses_says_more_than_that_the_next_one_does_not_converge(monkeypatch):
-    def tried(increment, form, *rest):
-        raise Refused("no answer", "Do it.") if form.name is FormName.NEWTON else NotConverged("cycles")
-
-    monkeypatch.setattr(attempting, "solve_increment", tried)
-    scene = upsetting(mu=0.0, reduction=0.01, elements=1)
-    with pytest.raises(IncrementFailed, match=r"failed \(newton: no answer\)\. Do it\."):
-        next(march(scene, Schedule(1), Control(Newton(), (Tangent(),), cuts=0)))
-
-
 def test_where_an_iterate_folds_an_element_other_forms_are_tried_before_the_increment_is_halved(monkeypatch):
     """They go other ways to the answer."""
     asked = tried_in_turn(InvertedElement("on the way"), monkeypatch)

@@ -36,7 +36,7 @@ TOGETHER = 2**16
 """Number of entries of D that are computed at a time: half a megabyte."""
 
 LARGEST = 300.0
-"""Volume strain above which an element is as large as any: no answer has it."""
+"""Volume strain that no answer has, and of which the exponential is a number: iterates that run away have any."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,8 @@ class Midpoint:
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn(contract(middle, reduction.symmetric.T), half)
         # With volumes at the end instead of the middle, accumulated volume changes are off by order one.
-        straining = None if projection is None else projection.at(end.volume * np.exp(_finite(-trace(strain) / 2)))
+        to_middle = np.exp(np.minimum(-trace(strain) / 2, LARGEST))
+        straining = None if projection is None else projection.at(end.volume * to_middle)
         return Kinematics(
             **vars(end), strain=strained(strain, straining), middle=middle, straining=straining, half=half
         )
@@ -203,11 +204,6 @@ class Midpoint:
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
         """The end."""
         return nodes + du
-
-
-def _finite(strain: Floats) -> Floats:
-    """The ``strain``, as far as its exponential is a number: iterates that run away strain by any amount."""
-    return np.minimum(strain, LARGEST)
 
 
 def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
