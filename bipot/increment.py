@@ -19,6 +19,7 @@ from bipot.checks.examined import Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.checks.settling import least_moved
 from bipot.conic.problem import Claim, Timing
+from bipot.contact.closeness import newly_closed
 from bipot.errors import NotConverged, require, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
@@ -27,6 +28,9 @@ from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
 from bipot.typing import Floats, make_floats
+
+APART = 0.1
+"""Gap at the start over the increment's unit of length above which a candidate lands in it, and not at its start."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,12 @@ class Solved(Near):
     timing: Timing
     coupled: Coupled
     undetermined: tuple[str, ...] = ()
+
+    @property
+    def lands(self) -> bool:
+        """Whether a candidate lands in the increment, and not at its start."""
+        increment = self.iterate.increment
+        return newly_closed(increment.start.gap, self.r, APART * increment.units.length).size > 0
 
 
 @dataclass(frozen=True)

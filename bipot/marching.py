@@ -25,7 +25,7 @@ from bipot.control.landing import locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
-from bipot.control.yielding import is_past_yield
+from bipot.control.yielding import flows, is_past_yield
 from bipot.errors import require, require_type
 from bipot.forms import Cache
 from bipot.increment import Observer, unobserved
@@ -115,7 +115,7 @@ def _next(shared: Shared, course: Course, target: float) -> Accepted:
     """The next increment on the way to the scheduled ``target``."""
     began = time.perf_counter()
     shared.cache.begin(course.before)
-    found = _located(shared, course, _accurate(shared, course, target))
+    found = _located(shared, course, _accurate(shared, course, target), target)
     solved, reasons = found.solved, found.reasons
     if solved.almost:
         words = f"{solved.almost} passes almost solved, certificate re-checked"
@@ -136,8 +136,11 @@ def _next(shared: Shared, course: Course, target: float) -> Accepted:
 
 
 def _accurate(shared: Shared, course: Course, target: float) -> Found:
-    """The next increment, solved again and shorter while its estimated error is too far above the accuracy."""
-    found, pacer = _estimated(shared, course, _halved(shared, course, target)), shared.pacer
+    """The next increment, solved again and shorter while its estimated error is too far above the accuracy.
+
+    Half as long, too, if it ends at the ``target`` and has a landing: the next one shows what that has turned.
+    """
+    found, pacer = _estimated(shared, course, _halved(shared, course, target), target), shared.pacer
     if pacer is None:
         return found
     for _ in range(TRIES):
@@ -145,25 +148,31 @@ def _accurate(shared: Shared, course: Course, target: float) -> Found:
             break
         before = found.estimate
         shorter = pacer.next(found.increment.tau - course.state.tau, before)
-        found = _again(shared, replace(course, size=shorter, uncut=shorter), target, found)
+        found = _again(shared, course, target, found, shorter, f"error estimated at {before:.2g}")
         if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
             break
+    if found.solved.lands and flows(found.solved) and pacer.ends(found.increment, target):
+        shorter = (found.increment.tau - course.state.tau) / 2
+        return _again(shared, course, target, found, shorter, "a landing before the end")
     return found
 
 
-def _again(shared: Shared, course: Course, target: float, refused: Found) -> Found:
-    """The increment of the course's length, after one that was ``refused`` for its estimate."""
-    found = _halved(shared, course, target)
-    words = f"shortened: error estimated at {refused.estimate:.2g}"
+def _again(shared: Shared, course: Course, target: float, refused: Found, length: float, why: str) -> Found:
+    """The increment of that ``length``, after one that was ``refused``."""
+    found = _halved(shared, replace(course, size=length, uncut=length), target)
     measures = {"estimate": refused.estimate, "tau": refused.increment.tau}
-    reasons = (*refused.reasons, Reason(ReasonKind.ACCURACY, words, measures=measures), *found.reasons)
+    shortened = Reason(ReasonKind.ACCURACY, f"shortened: {why}", measures=measures)
+    reasons = (*refused.reasons, shortened, *found.reasons)
     passes, cuts = refused.passes + found.passes, refused.cuts + found.cuts
-    return _estimated(shared, course, found._replace(passes=passes, cuts=cuts, reasons=reasons))
+    return _estimated(shared, course, found._replace(passes=passes, cuts=cuts, reasons=reasons), target)
 
 
-def _estimated(shared: Shared, course: Course, found: Found) -> Found:
+def _estimated(shared: Shared, course: Course, found: Found, target: float) -> Found:
     """The increment found, with the estimate of its error if that is to choose the next length."""
-    return found if shared.pacer is None else found._replace(estimate=error_estimate(course.state, found.solved))
+    if shared.pacer is None:
+        return found
+    last = shared.pacer.ends(found.solved.iterate.increment, target)
+    return found._replace(estimate=error_estimate(course.state, found.solved, last))
 
 
 def _halved(shared: Shared, course: Course, target: float) -> Found:
@@ -207,7 +216,7 @@ def _length(shared: Shared, course: Course, target: float) -> tuple[float, float
     return length, length
 
 
-def _located(shared: Shared, course: Course, found: Found) -> Found:
+def _located(shared: Shared, course: Course, found: Found, target: float) -> Found:
     """The increment found, cut to its first landing if landings are to be located."""
     if shared.control.locate is None:
         return found
@@ -220,7 +229,7 @@ def _located(shared: Shared, course: Course, found: Found) -> Found:
     landed = Reason(ReasonKind.LANDING, words, measures={"node": landing.node, "tau": landing.tau})
     reasons = (*found.reasons, *landing.attempt.failures, landed)
     found = found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
-    return _estimated(shared, course, found)
+    return _estimated(shared, course, found, target)
 
 
 def _after(shared: Shared, course: Course, found: Found, target: float) -> Course:

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.contact.closeness import newly_closed
 from bipot.control.yielding import strain_of, yielded_strain
 from bipot.increment import Near, Solved
 from bipot.iterate import Increment
@@ -30,9 +29,6 @@ REMAINING = 0.1
 """Largest part of the flow within TURNED of the last one where the landing of a whole face has turned it. After the
 landing of a node, or on the way into a die, more than a tenth was seen to remain: BDF2 errs by less there.
 """
-
-APART = 0.1
-"""Gap at the start over the increment's unit of length above which a candidate lands in it, and not at its start."""
 
 FOLLOWED = 0.4
 """Part of the strain at which a body has long yielded, over which stress follows the flow: at Y times that at yield,
@@ -111,8 +107,7 @@ class CarriedFlow:
             return vdot(weight, across**2) > TURNED**2 * vdot(weight, size**2)
         if float((weight * size)[across <= TURNED * size].sum()) >= REMAINING * vdot(weight, size):
             return False
-        lands = newly_closed(increment.start.gap, solved.r, APART * increment.units.length).size > 0
-        return not lands and strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
+        return not solved.lands and strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
 
 
 @dataclass(frozen=True)

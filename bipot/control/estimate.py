@@ -14,7 +14,8 @@ It is a fraction of the force,
   (sum_q p)^2 / (sum_q w sum_q p^2/w) with p = w |sigma : de|.
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 is the curvature of the motion, with v, v_0 the velocities of the whole
   body's nodes in this increment and the last, beyond those at which supports and tools carry it. A change by more than
-  TURNED is an event (a landing) that does not depend on the length of increments. Where nothing flows, T is zero. A
+  TURNED is an event (a landing) that does not depend on the length of increments; at a scheduled pseudo-time, where no
+  increment follows in which its error would decay, it counts in full, as up to one. Where nothing flows, T is zero. A
   first increment, after rest or a kink, has no velocity before it: there T is UNEVEN times the variance of the
   increment of peeq, with the weights of S. The more unevenly a body is strained, the more its motion changes: an upset
   cylinder has a tenth of the variance of a square between nearly smooth tools, in which bands of shear form. A first
@@ -57,7 +58,7 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import Lag, lag
-from bipot.control.yielding import follows_yield, is_past_yield, is_strained, strain_of, yield_strain
+from bipot.control.yielding import flows, follows_yield, is_past_yield, strain_of, yield_strain
 from bipot.fem.kinematics import Kinematics
 from bipot.increment import Solved
 from bipot.iterate import Increment
@@ -88,9 +89,12 @@ PARTS = 8
 """Parts of an increment's strain whose returns show the error of a single one."""
 
 
-def error_estimate(start: State, solved: Solved) -> float:
-    """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
-    e = _Terms(start, solved)
+def error_estimate(start: State, solved: Solved, last: bool = False) -> float:
+    """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on.
+
+    ``last`` says that it ends at a scheduled pseudo-time, where an event counts in full.
+    """
+    e = _Terms(start, solved, last)
     return GATHERED * (e.missed + e.strained + e.curved) + e.yielding + e.lagging
 
 
@@ -100,6 +104,7 @@ class _Terms:
 
     start: State
     solved: Solved
+    last: bool
 
     @property
     def missed(self) -> float:
@@ -121,21 +126,23 @@ class _Terms:
         """T of an increment that is not the first of its path, where the body has long yielded."""
         if self._first or not (self._yields and is_past_yield(self._increment)):
             return 0.0
-        curvature = min(self._velocity_change, TURNED) / 10
+        curvature = min(self._velocity_change, 1.0 if self.last else TURNED) / 10
         return min(curvature, self._uneven) if follows_yield(self._increment) else curvature
 
     @property
     def yielding(self) -> float:
         """Y, where the body has not long yielded, or may not have in an increment from rest."""
+        if not self._yields:
+            return 0.0
         # From rest the body may have settled at strains at which most still yield.
         stored_tells = self.start.length == 0 and not self._increment.loads.changes
         if is_past_yield(self._increment):
-            return self._settles if self._first and self._yields and stored_tells else 0.0
+            return self._settles if self._first and stored_tells else 0.0
         # Where flow was carried on, the difference of its stress from Euler's counts already.
-        uncarried = self._flows * np.asarray((self.solved.response.state.stress == self.start.stress).all(axis=-1))
+        uncarried = (self.solved.response.state.stress == self.start.stress).all(axis=-1)
         missed = np.vecdot(self._returned(PARTS) - self._euler, self._kin.strain)
         begun = abs(vdot(self._kin.volume * uncarried, missed)) / self._taken if self._taken > 0 else 0.0
-        return begun + (self._settles if stored_tells else self._begins) if self._yields else begun
+        return begun + (self._settles if stored_tells else self._begins)
 
     @property
     def lagging(self) -> float:
@@ -165,12 +172,8 @@ class _Terms:
         return self.start.length == 0 or self._increment.past.turns
 
     @property
-    def _flows(self) -> bool:
-        return bool(self.solved.response.returned.plastic.any())
-
-    @property
     def _yields(self) -> bool:
-        return self._flows and is_strained(self.solved)
+        return flows(self.solved)
 
     @cached_property
     def _power(self) -> Floats:

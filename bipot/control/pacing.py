@@ -5,6 +5,11 @@ long, within the stability of BDF2. The rest of the way is divided equally, into
 SLACK if that saves one. An increment whose e is above REFUSED times the accuracy is solved again, shorter, unless that
 does not lower e, as in an event.
 
+An event, most of all a landing, turns the motion at once, and the force is off to the end of its increment, by a tenth
+where a whole face lands, which no estimate sees: the mean motion hardly changes if the landing is late. The next
+increment has the new motion. One that ends at a scheduled pseudo-time has no next: if something lands in it, half of it
+is solved instead, and e counts what a turn of the motion leaves in full.
+
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
 has the strain at which a body has long yielded (:mod:`bipot.control.yielding`), at least ONSET sqrt(accuracy) and at
 most GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry,
@@ -23,7 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.control.yielding import is_strained, strain_of, yielded_strain
+from bipot.control.yielding import flows, strain_of, yielded_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -68,8 +73,7 @@ passes than QUICK the next increment is not longer than the last."""
 
 def begins_flow(start: State, solved: Solved) -> bool:
     """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
-    flows = bool(solved.response.returned.plastic.any()) and is_strained(solved)
-    return flows and solved.response.state is start
+    return flows(solved) and solved.response.state is start
 
 
 @dataclass(frozen=True)
@@ -92,6 +96,13 @@ class Pacer:
             proposed = max(proposed / whole.past.quicker, LEAST_LENGTH)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
         return equal if equal >= past_yield else min(proposed, left)
+
+    def ends(self, increment: Increment, target: float) -> bool:
+        """Whether it ends at the scheduled ``target``, where an event within it would leave its error in the force.
+
+        In one shorter than the accuracy of the whole path the event is as close to the target as that.
+        """
+        return increment.tau == target and increment.tau - increment.start.tau > self.aim
 
     def refuses(self, estimate: float) -> bool:
         """Whether the increment is to be solved again, shorter."""

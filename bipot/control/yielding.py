@@ -50,10 +50,11 @@ def _since_turn(increment: Increment, tau: float) -> tuple[float, float]:
     return strain_of(increment) * length / (increment.tau - begun), yielded_strain(increment.system, turn > 0)
 
 
-def is_strained(solved: Solved) -> bool:
-    """Whether the body is strained by more than round-off, by which a resting body at yield flows here or there."""
+def flows(solved: Solved) -> bool:
+    """Whether there is flow, by more strain than round-off, by which a resting body at yield flows here or there."""
     strain = float(norm(solved.response.kinematics.strain).max())
-    return strain > ROUND_OFF * yield_strain(solved.iterate.increment.system)
+    is_strained = strain > ROUND_OFF * yield_strain(solved.iterate.increment.system)
+    return is_strained and bool(solved.response.returned.plastic.any())
 
 
 def yield_strain(system: System) -> float:
