@@ -27,6 +27,7 @@ from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
 from bipot.control.yielding import flows, is_past_yield
 from bipot.errors import require, require_type
+from bipot.fem.strain import Configuration
 from bipot.forms import Cache
 from bipot.increment import Observer, unobserved
 from bipot.iterate import Increment
@@ -60,7 +61,7 @@ def march(
 
     Raises:
         SceneError: at once, a wrong type, a start of another scene, BDF2 of a material whose stress is not returned,
-            naming its field.
+            an accuracy without BDF2 or with the paper's strain, naming its field.
         LimitPassed: an ``IncrementFailed`` with a proof that the body cannot carry the load, and the mechanism.
         IncrementFailed: with the last accepted state, when a scheduled increment, or the rest of one after a landing,
             still fails after it was halved ``control.cuts`` times.
@@ -78,6 +79,10 @@ def march(
     pacer = None if schedule.accuracy is None else Pacer(schedule.accuracy)
     allowed = f"{Integration.BDF2.value!r} with an accuracy, which is estimated by what flow carried on changes"
     require(pacer is None or second, "integration", control.integration.value, allowed)
+    # The paper's strain is of order one in an increment, of which the estimate tells nothing.
+    seen = pacer is None or scene.configuration is not Configuration.PAPER
+    allowed = f"{Configuration.MIDPOINT.value!r} or {Configuration.SMALL.value!r} with an accuracy"
+    require(seen, "configuration", scene.configuration.value, allowed)
     return _increments(Shared(system, control, observe, pacer), schedule, course)
 
 
