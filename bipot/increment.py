@@ -27,7 +27,7 @@ from bipot.prediction import begin
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
-from bipot.typing import Floats, make_floats
+from bipot.typing import Floats, Ints, make_floats
 
 APART = 0.1
 """Gap at the start over the increment's unit of length above which a candidate lands in it, and not at its start."""
@@ -92,10 +92,10 @@ class Solved(Near):
     undetermined: tuple[str, ...] = ()
 
     @property
-    def lands(self) -> bool:
-        """Whether a candidate lands in the increment, and not at its start."""
+    def landed(self) -> Ints:
+        """The candidates that land in the increment, and not at its start."""
         increment = self.iterate.increment
-        return newly_closed(increment.start.gap, self.r, APART * increment.units.length).size > 0
+        return newly_closed(increment.start.gap, self.r, APART * increment.units.length)
 
 
 @dataclass(frozen=True)

@@ -22,10 +22,10 @@ from bipot.control.estimate import error_estimate
 from bipot.control.failing import AHEAD, given_up
 from bipot.control.halving import Found, Halving
 from bipot.control.landing import locate
-from bipot.control.pacing import TRIES, Pacer, begins_flow
+from bipot.control.pacing import TRIES, Pacer, begins_flow, lands_a_face
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
-from bipot.control.yielding import flows, is_past_yield
+from bipot.control.yielding import is_past_yield
 from bipot.errors import require, require_type
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache
@@ -143,7 +143,7 @@ def _next(shared: Shared, course: Course, target: float) -> Accepted:
 def _accurate(shared: Shared, course: Course, target: float) -> Found:
     """The next increment, solved again and shorter while its estimated error is too far above the accuracy.
 
-    Half as long, too, if it ends at the ``target`` and has a landing: the next one shows what that has turned.
+    Half as long, too, if it ends at the ``target`` and a face lands in it: the next one shows what that has turned.
     """
     found, pacer = _estimated(shared, course, _halved(shared, course, target), target), shared.pacer
     if pacer is None:
@@ -156,9 +156,9 @@ def _accurate(shared: Shared, course: Course, target: float) -> Found:
         found = _again(shared, course, target, found, shorter, f"error estimated at {before:.2g}")
         if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
             break
-    if found.solved.lands and flows(found.solved) and pacer.ends(found.increment, target):
+    if pacer.ends(found.increment, target) and lands_a_face(found.solved):
         shorter = (found.increment.tau - course.state.tau) / 2
-        return _again(shared, course, target, found, shorter, "a landing before the end")
+        return _again(shared, course, target, found, shorter, "a face lands before the end")
     return found
 
 

@@ -1,15 +1,18 @@
-"""Increments by accuracy where something lands just before a scheduled pseudo-time: the force there is the new one."""
+"""Increments by accuracy where a face lands just before a scheduled pseudo-time: the force there is the new one."""
 
 import numpy as np
 import pytest
 
 from bipot.control.reason import ReasonKind
+from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
+from bipot.meshes.elements import Element
 from bipot.meshes.solids import brick
+from bipot.paper import upsetting
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tools.tool import FlatTool
@@ -50,7 +53,7 @@ def test_a_face_that_lands_before_the_end_leaves_the_force_of_the_new_motion(lan
     punch, wall = pressures(marched(landing, Schedule(accuracy=accuracy))[-1])
     assert punch == pytest.approx(2 / np.sqrt(3) * SIGMA_Y, rel=6e-4)
     # The wall does no work: its force is not what an accuracy is asked of.
-    assert wall == pytest.approx(SIGMA_Y / np.sqrt(3), rel=0.04)
+    assert wall == pytest.approx(SIGMA_Y / np.sqrt(3), rel=0.06)
 
 
 def test_the_same_at_a_pseudo_time_on_the_way():
@@ -59,9 +62,17 @@ def test_the_same_at_a_pseudo_time_on_the_way():
     assert pressures(there)[0] == pytest.approx(2 / np.sqrt(3) * SIGMA_Y, rel=1e-3)
 
 
+def test_nodes_that_land_one_by_one_before_the_end_are_not_sought():
+    """What the force jumps by is an error of the mesh, and where they land is not known as well as that."""
+    scene = upsetting(mu=0.3, reduction=0.4, elements=6, element=Element.Q4, volume=VolumeChange.P0)
+    steps = list(march(scene, Schedule(accuracy=1e-3), Control(Newton())))
+    assert steps[-1].solved.landed.size
+    assert not any("lands" in reason.said for reason in shortened(steps))
+
+
 def test_a_landing_on_the_way_shortens_nothing_and_one_at_the_very_end_is_not_sought_for_ever():
     assert not shortened(marched(0.3, Schedule(accuracy=1e-3)))
     late = marched(0.999, Schedule(accuracy=1e-3))
     assert len(late) < 20
     assert late[-1].state.tau - late[-2].state.tau <= 1e-3
-    assert shortened(late)[0].said == "shortened: a landing before the end"
+    assert shortened(late)[0].said == "shortened: a face lands before the end"

@@ -5,10 +5,10 @@ long, within the stability of BDF2. The rest of the way is divided equally, into
 SLACK if that saves one. An increment whose e is above REFUSED times the accuracy is solved again, shorter, unless that
 does not lower e, as in an event.
 
-An event, most of all a landing, turns the motion at once, and the force is off to the end of its increment, by a tenth
-where a whole face lands, which no estimate sees: the mean motion hardly changes if the landing is late. The next
-increment has the new motion. One that ends at a scheduled pseudo-time has no next: if something lands in it, half of it
-is solved instead, and e counts what a turn of the motion leaves in full.
+An event turns the motion at once, and the force is off to the end of its increment, by a tenth where a whole face
+lands, which no estimate sees: the mean motion hardly changes if the landing is late. The next increment has the new
+motion. One that ends at a scheduled pseudo-time has no next: if a face lands in it, half of it is solved instead, and e
+counts what a turn of the motion leaves in full.
 
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
 has the strain at which a body has long yielded (:mod:`bipot.control.yielding`), at least ONSET sqrt(accuracy) and at
@@ -28,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.contact.closeness import carries
 from bipot.control.yielding import flows, strain_of, yielded_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
@@ -66,6 +67,10 @@ is just a quarter longer than BEGUN of it; hence the round-off."""
 CURED = 0.7
 """A shortened increment with more than this part of the estimate before has an event, as large in any length."""
 
+FACE = 0.25
+"""Part of a tool's contact, above which a face lands: nodes that land one by one, as on a curved tool, make jumps that
+are errors of the mesh."""
+
 CHEAPEST, QUICK = 2e-3, 8
 """Coarser accuracies give the increments of CHEAPEST, because longer ones cost more passes than they save. After more
 passes than QUICK the next increment is not longer than the last."""
@@ -74,6 +79,13 @@ passes than QUICK the next increment is not longer than the last."""
 def begins_flow(start: State, solved: Solved) -> bool:
     """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
     return flows(solved) and solved.response.state is start
+
+
+def lands_a_face(solved: Solved) -> bool:
+    """Whether a tool gets much of its contact in the increment, and the body flows."""
+    owned = solved.iterate.increment.system.candidates.owned
+    landed, borne = owned[:, solved.landed].sum(axis=1), owned[:, carries(solved.r)].sum(axis=1)
+    return flows(solved) and bool((landed > FACE * borne).any())
 
 
 @dataclass(frozen=True)
@@ -102,7 +114,7 @@ class Pacer:
 
         In one shorter than the accuracy of the whole path the event is as close to the target as that.
         """
-        return increment.tau == target and increment.tau - increment.start.tau > self.aim
+        return increment.tau == target and increment.tau - increment.start.tau > self.accuracy
 
     def refuses(self, estimate: float) -> bool:
         """Whether the increment is to be solved again, shorter."""
