@@ -29,8 +29,8 @@ PLACED = 1e-9
 
 RELEASED = "begin with the loads and supports that the body is under, or release it in a scene without tools before"
 
-VOLUMES = 2.0
-"""Factor between volumes that errors of finite increments never reach, and other units always exceed."""
+VOLUMES = 10.0
+"""Factor between volumes that errors of finite increments do not reach, and other units exceed: of areas, too."""
 
 YIELDED = 1e-8
 """Relative distance of a stress outside the yield surface, or of its pressure from what elements can represent."""
