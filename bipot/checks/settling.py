@@ -4,8 +4,8 @@ Of all x + N t, with the rigid motions N t that neither supports nor closed cont
 norm that keeps gaps, and the directions of slips that cost friction: numbering, units and solver do not choose then. A
 rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does,
 and settles again where that has led. Each such way is about as long as the square of the last one, and a few lead to
-where none is left. Contacts that touch without a force prevent motions in one direction only: where there are any, it
-settles again from the first way, too.
+where none is left; so do they around curved tools, whose gaps are those along a tangent. Contacts that touch without a
+force prevent motions in one direction only: from where the first way led, they may open.
 
 A rate v = b + W (x - c) with a skew W moves a point in unit time along
 
@@ -81,13 +81,14 @@ def _noise(examined: Examined) -> float:
 def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
     """The iterate of least motion, reached from that given by a way in N (n, m).
 
-    Where it turns, or contacts that carry no force are closed, others follow, which open these: a turn has closed them,
-    or the pass that was solved.
+    Others follow until there is none. They open contacts that carry no force and that a turn has closed, or the pass
+    that was solved.
     """
+    if not iterate.x.any():
+        return iterate
     blur, sunk = EPS * max_abs(iterate.increment.start.nodes), np.minimum(iterate.motion[:, 0], 0.0)
-    least, bends = _followed_on(iterate, settled(iterate, r, N, noise) if N.size else iterate.x)
-    holds = bends or pressed_motions(least, r, noise).shape[1] > N.shape[1]
-    for _ in range(WAYS if holds else 0):
+    least = _followed_on(iterate, settled(iterate, r, N, noise)) if N.size else iterate
+    for _ in range(WAYS):
         try:
             x = settled(least, r, pressed_motions(least, r, noise), noise, sunk)
         except ProgramError:
@@ -95,27 +96,25 @@ def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
         near = norm(x - least.x) <= max(ENOUGH * norm(x), blur)
         if near and (least.motion[:, 0] >= sunk).all():
             break
-        least, bends = _followed_on(least, x)
-        if not bends:
-            break
+        least = _followed_on(least, x)
     return least
 
 
-def _followed_on(iterate: Iterate, x: Floats) -> tuple[Iterate, bool]:
-    """The iterate after the rigid motion that begins along the way to x (n,), and whether that bends.
+def _followed_on(iterate: Iterate, x: Floats) -> Iterate:
+    """The iterate after the rigid motion that begins along the way to x (n,).
 
     Where its bend is round-off, or there is no way at all, the iterate is that at x, or the one given.
     """
     increment, way = iterate.increment, x - iterate.x
     if norm(way) <= SETTLED * norm(x):
-        return iterate, False
+        return iterate
     if not iterate.response.kinematics.moves:
-        return increment.at(x), False
+        return increment.at(x)
     space = increment.system.body.space
     moved = moved_on(iterate.nodes, space.spread(way))
     followed = iterate.x + space.gather(np.append(moved, space.beside(way)))
     bend = max_abs(followed - x) / max_abs(way)
-    return increment.at(x if bend <= EPS else followed), bend > SETTLED
+    return increment.at(x if bend <= EPS else followed)
 
 
 def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | None = None) -> Floats:
