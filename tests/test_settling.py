@@ -30,7 +30,7 @@ from bipot import (
     sphere,
 )
 from bipot.checks.determinacy import loose_motions
-from bipot.checks.settling import at_least, moved_on
+from bipot.checks.settling import at_least, moved_on, settled
 from bipot.iterate import Increment
 from bipot.meshes.mesh import Mesh
 from bipot.system import system_of
@@ -148,6 +148,32 @@ def test_a_block_comes_back_from_however_far_a_form_has_sent_it():
     iterate = Increment(system, system.rest(), 1.0).at(sent)
     least = at_least(iterate, forces, loose_motions(iterate, forces, 1e-9), 1e-9)
     np.testing.assert_allclose(system.body.space.spread(least.x)[:, 0], 0.08, rtol=1e-9)
+
+
+def stretched(scale):
+    """An iterate of a free block that is stretched and lifted, and whose least motion ends on the floor, unpressed."""
+    floor = FlatTool((0.0, -0.05), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    lid = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, 0.0), ("top",), 0.0)
+    mesh = block(2.0, 1.0, 4, 2, element=Element.Q4)
+    system = system_of(Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (floor, lid)))
+    moved = scale * np.column_stack([np.zeros(len(mesh.nodes)), 0.1 * mesh.nodes[:, 1] + 0.3])
+    iterate = Increment(system, system.rest(), 1.0).at(system.body.space.gather(moved.ravel()))
+    return iterate, np.zeros((len(system.candidates.node), 2))
+
+
+def test_where_a_gap_just_closes_all_digits_are_known():
+    """A cone program finds half of them: the gap was 2e-8."""
+    iterate, none = stretched(1.0)
+    least = at_least(iterate, none, loose_motions(iterate, none, 0.0), 0.0)
+    base = least.increment.system.candidates.tool == 0
+    np.testing.assert_allclose(least.motion[base, 0], 0.0, atol=2e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e-12])
+def test_gaps_that_are_many_motions_off_do_not_stop_a_second_way(scale):
+    iterate, none = stretched(scale)
+    x = settled(iterate, none, loose_motions(iterate, none, 0.0), 0.0, np.zeros(len(none)))
+    np.testing.assert_allclose(np.linalg.norm(x), 0.1 * scale * np.sqrt(2.5), rtol=1e-9)
 
 
 def test_gaps_far_from_a_motion_of_round_off_do_not_bound_it():

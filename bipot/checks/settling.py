@@ -47,6 +47,12 @@ TURNLESS = 1e-12
 
 TIGHT = Accuracy(1e-12)
 
+OPENED = 10.0
+"""Way to open a gap, over the least that one contact alone asks for, within which other gaps may bound it."""
+
+CLOSED = 1e-5
+"""Gap, over the motion, that a program's answer may leave where the least motion leaves none."""
+
 LEFT = 4e-12
 """Gap left where a body comes to rest, over its displacement: a contact without a force may not close by the round-off
 of :data:`TIGHT`, but it may be open."""
@@ -143,11 +149,12 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
         kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
         room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
     bounded, least = np.vstack([opens, forward]), np.append(room, length)
-    if sunk is None:
-        # The way is no longer than twice that to the origin. Where the motion is round-off, what is farther off than
-        # that is farther than the program has numbers for.
-        near = least <= 2 * norm(bounded) * norm(N.T @ x)
-        bounded, least = bounded[near], least[near]
+    # The way is no longer than twice that to the origin, but for gaps to be opened. Where the motion is round-off, what
+    # is farther off than that is farther than the program has numbers for.
+    sizes = norm(bounded)
+    opened = np.divide(-least, sizes, out=np.zeros_like(least), where=sizes > 0).max(initial=0.0)
+    near = least <= sizes * (2 * norm(N.T @ x) + OPENED * opened)
+    bounded, least = bounded[near], least[near]
     program = ConicProgram(
         P=sp.csc_matrix(np.eye(N.shape[1])),
         q=N.T @ x / unit,
@@ -155,7 +162,19 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
         blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
     )
     # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
-    return x + N @ (unit * solve_once(program, TIGHT).x)
+    return x + N @ (unit * _exactly(bounded, least / unit, N.T @ x / unit, solve_once(program, TIGHT).x))
+
+
+def _exactly(opens: Floats, room: Floats, gone: Floats, way: Floats) -> Floats:
+    """The ``way`` t (m,) of least |gone + t| with opens t + room >= 0, of which a program knows some digits.
+
+    Where a gap just closes and nothing presses it, these are half of the digits. The gaps that the way all but closes
+    are closed, if this keeps the others and goes no farther.
+    """
+    closed = opens @ way + room <= CLOSED * norm(opens)
+    exact = np.linalg.pinv(opens[closed], rcond=CLOSED) @ (opens[closed] @ gone - room[closed]) - gone
+    keeps = (opens @ exact + room >= np.minimum(opens @ way + room, 0.0) - EPS).all()
+    return exact if keeps and norm(gone + exact) <= norm(gone + way) + ENOUGH else way
 
 
 def moved_on(places: Floats, rate: Floats) -> Floats:
