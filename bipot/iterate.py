@@ -65,7 +65,9 @@ class Increment:
     def paces(self) -> Paces:
         """The kinks of supports, loads and tools that may reach the body, and those at which the pace alone changes.
 
-        A tool that leaves the body counts, however far it goes, because it releases what it pressed.
+        A tool that leaves the body counts, however far it goes, because it releases what it pressed. So does one that
+        the body does not feel (:func:`~bipot.past.past_of`): what it felt at kinks before the last increment, the start
+        does not know.
         """
         return self.system.body.scene.paces(self.system.candidates.reached(np.minimum(self.start.gap, self.rows.gap)))
 

@@ -28,7 +28,7 @@ from bipot.forms import (
 )
 from bipot.increment import Limits
 from bipot.iterate import Increment
-from bipot.laws.hardening import Perfect
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
@@ -214,6 +214,17 @@ def test_a_body_that_fills_its_die_is_told_how_much_volume_it_has_lost(room, cru
     with pytest.raises(IncrementFailed) as failed:
         list(march(filled, Schedule(1), GIVES_UP, start=state))
     assert ("has lost 8% of its volume: give it more room" in str(failed.value)) == crushed
+
+
+def test_a_foam_that_loses_volume_as_it_flows_freely_does_not_fill_a_die():
+    """Its yield stress is a fifth of its modulus: it lost a third of its volume with nothing at its sides."""
+    foam = VonMises(Elasticity(100.0, 0.0), Linear(20.0, 1.0))
+    pressed = scene(material=foam, tools=(tool(travel=(0.0, -0.4), mu=0.0),))
+    state = list(march(pressed, Schedule(4, landings=(0.9,)), Control(Newton())))[-2].state
+    assert system_of(pressed).body.space.gradients(state.nodes).volume.sum() < 0.9
+    with pytest.raises(IncrementFailed) as failed:
+        list(march(pressed, Schedule(1), GIVES_UP, start=state))
+    assert "lost" not in str(failed.value)
 
 
 def test_what_one_form_refuses_says_more_than_that_the_next_one_does_not_converge(monkeypatch):

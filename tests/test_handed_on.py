@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot import (
+    Circle,
     Control,
     Elasticity,
     Element,
@@ -17,7 +18,9 @@ from bipot import (
     Newton,
     Scene,
     Schedule,
+    ShapedTool,
     Symmetry,
+    Traction,
     VonMises,
     block,
     handed_on,
@@ -92,10 +95,41 @@ def test_tools_that_forces_drive_begin_where_they_are_at_rest():
             pressed(replace(wall(), point=(1.9, 0.0))),
             r"tools\[0\]: must be off the body, not 0.1.* in it: let its way begin farther off",
         ),
+        (
+            first_state,
+            pressed(ShapedTool(Circle((2.04, 0.25), 0.03), (1.0, 0.0), ("right",), 0.1)),
+            r"tools\[0\] = Circle.*: must be off the body: a part of it is behind nodes 9 and 10",
+        ),
+        (
+            first_state,
+            pressed(ShapedTool(Circle((-2.3, 0.5), 0.27), (-1.0, 0.0), ("right",), 0.1)),
+            r"tools\[0\] = .*: must be such that its mirror image beyond x_0 = 0 is off the body, not 0.0.* in it",
+        ),
         (lambda: None, pressed(wall()), "state = None: must be a State"),
         (first_state, None, "scene = None: must be a Scene"),
     ],
-    ids=["pressed", "another mesh", "in the body", "no state", "no scene"],
+    ids=["pressed", "another mesh", "in the body", "between nodes", "mirrored", "no state", "no scene"],
 )
 def test_what_cannot_go_on_is_refused(state, scene, words):
     refused(lambda: handed_on(state(), scene), words)
+
+
+def test_a_body_in_other_units_is_refused():
+    """Nodes in metres were the start of a scene in millimetres, whose wall then never reached the body."""
+    state, scene = first_state(), pressed(wall())
+    small = replace(state, nodes=1e-3 * state.nodes, du=1e-3 * state.du)
+    words = "start.nodes = 'positions': must be of the mesh's volume under the stress, not 1e-06 times that"
+    refused(lambda: march(scene, Schedule(6), EULER, start=handed_on(small, scene)), words)
+
+
+def test_a_body_under_loads_springs_back_without_tools_and_then_goes_on():
+    """The load left on was called contact forces of another scene."""
+    loaded = replace(pressed(), loads=(Traction("top", (0.0, -100.0)),))
+    *_, last = march(loaded, Schedule(6), EULER)
+    far = pressed(wall((0.0, 0.0), (1.0, 1.5)))
+    words = "start.forces = 'contact forces': must be in balance .*: begin with the loads and supports that"
+    refused(lambda: march(far, Schedule(1), EULER, start=handed_on(last.state, far)), words)
+    state = handed_on(next(march(pressed(), Schedule(1), EULER, start=handed_on(last.state, pressed()))).state, far)
+    assert np.abs(state.stress).max() < 1e-3 * np.abs(last.state.stress).max()
+    *_, end = march(far, Schedule(6), EULER, start=state)
+    assert end.tool_force(0)[0] < -100.0

@@ -107,6 +107,17 @@ def test_forms_find_the_same_motion(make, part):
         np.testing.assert_allclose(other, ends[0], rtol=0, atol=1e-6 * moved)
 
 
+@pytest.mark.parametrize(
+    "form", [Tangent(coupled=False), Dissipation(polished=False)], ids=lambda form: form.name.value
+)
+def test_after_a_start_by_the_shift_caps_hold_what_they_can(form):
+    """The shift knows none: passes went on with it, and each answer had more friction than the caps allow."""
+    held = pushed(0.05)
+    capped = replace(held, tools=(replace(held.tools[0], shear=0.0012),))
+    *_, last = march(capped, Schedule(2, first=0.01), Control(form, ()))
+    np.testing.assert_allclose(last.tool_forces, [[-1.0, 20.0]], rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("schedule", [Schedule(1), Schedule(2, first=0.001)], ids=["at once", "from little"])
 @pytest.mark.parametrize(
     ("make", "part"), [(pushed, 0.101), (pushed, 0.2), (pushed_brick, 0.102), (gripped, 0.61), (sloping, 0.305)]

@@ -36,16 +36,21 @@ def rows_of(
     )
 
 
-def newton(K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10) -> tuple[np.ndarray, np.ndarray]:
-    """Full Newton steps on K x = F + G' r from rest."""
-    pattern = Pattern.of(*_csc(K))
+def newton(
+    K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10, sparse: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Full Newton steps on K x = F + G' r from rest, with all entries of K stored or only those that are not zero."""
+    stored = sp.csc_matrix(K)
+    pattern, data = Pattern.of(*_csc(K)), K.T.ravel()
+    if sparse:
+        pattern, data = Pattern.of(stored.indices, stored.indptr), stored.data
     held = Frames.of(rows, pattern)
     x, r = np.zeros(len(F)), np.zeros((rows.count, 1 + rows.tangents))
     scale = np.full(rows.count, K.diagonal().max())
     for _ in range(steps):
         pieces = Pieces.of(rows, rows.motion(x), r, scale)
         miss = pieces.value(rows.motion(x), r)
-        dx, r = Linearised.of(pattern.by_row(K.T.ravel()), held, pieces).step(K @ x - F, miss, r)
+        dx, r = Linearised.of(pattern.by_row(data), held, pieces).step(K @ x - F, miss, r)
         x = x + dx
     return x, r
 
@@ -231,6 +236,30 @@ def test_frames_agree_with_the_rows() -> None:
     held = Frames.of(rows, pattern)
     r = np.array([[1.0, -0.3], [2.0, 0.0]])
     np.testing.assert_allclose(held.reaction(rows.forces(r)), r, atol=1e-14)
+
+
+def test_a_contact_of_two_nodes_with_other_neighbours_borders_the_matrix() -> None:
+    """A sparse pattern has no place for what a full one has: K couples the middle one of a chain to both ends."""
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    F, ends = np.array([-2.0, 0.7, -1.0]), np.array([[1.0, 0.0, 1.0]]) / np.sqrt(2)
+    rows = rows_of(ends, np.array([[1.0, 0.0, -1.0]]) / np.sqrt(2), np.zeros(1), np.zeros(1), 0.3)
+    x, r = newton(K, F, rows, sparse=True)
+    np.testing.assert_allclose(K @ x - F, rows.forces(r), atol=1e-12)
+    np.testing.assert_allclose(ends @ x, 0.0, atol=1e-12)
+    np.testing.assert_allclose(r[:, 1], -0.3 * r[:, 0] * np.sign(x[0]), atol=1e-12)
+    np.testing.assert_allclose(x, newton(K, F, rows)[0], atol=1e-12)
+
+
+def test_a_contact_that_is_dragged_where_its_frame_has_turned_owns_nothing() -> None:
+    """Where the tangent comes to lie along what a support holds, no equilibrium determines the friction."""
+    gap, slip, pattern = np.zeros(1), np.array([0.1]), Pattern.of(*_csc(np.zeros((2, 2))))
+    rows, along = (
+        rows_of(np.array([n]), np.array([t]), gap, slip, 0.3) for n, t in (((1, 0), (0, 1)), ((1, 0), (0, 0)))
+    )
+    frames = Frames.of(rows, pattern)
+    assert frames.border is None
+    assert along.dragged.all()
+    assert frames.turned(along).border is not None
 
 
 @settings(deadline=None, derandomize=True, max_examples=20)

@@ -20,6 +20,7 @@ from bipot import (
     Scene,
     Schedule,
     ShapedTool,
+    Support,
     Turn,
     VolumeChange,
     VonMises,
@@ -28,7 +29,10 @@ from bipot import (
     march,
     sphere,
 )
-from bipot.checks.settling import moved_on
+from bipot.checks.determinacy import loose_motions
+from bipot.checks.settling import at_least, moved_on, settled
+from bipot.iterate import Increment
+from bipot.meshes.mesh import Mesh
 from bipot.system import system_of
 
 MATERIAL = VonMises(Elasticity(2000.0, 0.3), Linear(30.0, 50.0))
@@ -97,6 +101,80 @@ def test_units_do_not_choose_whether_a_free_block_comes_to_lie_on_a_tool(length,
         return end.state.nodes / length
 
     np.testing.assert_allclose(pushed(length, stress), pushed(1.0, 1.0), atol=1e-8)
+
+
+@pytest.mark.parametrize("length", [1.0, 1e-3])
+def test_a_body_that_rests_stays_where_it_is(length):
+    """It was moved off the floor by a millionth of whatever lengths are given in."""
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    lid = FlatTool((0.0, 1.01 * length), (0.0, -1.0), (0.0, -0.005 * length), ("top",), 0.0)
+    mesh = block(2.0 * length, length, 4, 1, element=Element.Q4)
+    (step,) = march(Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (floor, lid)), Schedule(1), Control(Newton()))
+    assert not step.state.du.any()
+
+
+def pushed_by_a_roll(numbering, path):
+    """A block on smooth rollers, into whose smooth top a roll comes from above and goes sideways."""
+    plain = block(2.0, 1.0, 3, 1, element=Element.Q8)
+    place = np.argsort(numbering)
+    mesh = Mesh(plain.nodes[numbering], place[plain.elements], {k: place[v] for k, v in plain.boundaries.items()})
+    roll = ShapedTool(Circle((0.815, 1.5), 0.5), (-0.2, -0.05), ("top",), 0.0, path=path)
+    return Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (Support("base", 1),), (roll,))
+
+
+def test_a_block_slides_out_of_the_way_of_a_roll_by_no_more_than_it_must():
+    """A gap to a curved tool is not what it is along its tangent: the block ended where the first way along it led."""
+    path = (0.0, 0.0), (0.6, 1.0), (1.0, 0.66)
+    given, turned = (
+        next(march(pushed_by_a_roll(numbering, path), Schedule(4))).state
+        for numbering in (np.arange(18), np.arange(18)[::-1])
+    )
+    assert np.abs(given.forces).max() < 1e-9
+    assert 0 < given.gap.min() < 1e-9
+    np.testing.assert_allclose(given.nodes, turned.nodes[::-1], atol=1e-10)
+    assert np.ptp(given.du[:, 0]) < 1e-12
+
+
+@pytest.mark.parametrize("force", [1.0, 0.0])
+def test_a_block_comes_back_from_however_far_a_form_has_sent_it(force):
+    """A wall pushes it between smooth planes: where it came from 1e4 of its lengths, it stayed 1e-4 too far off."""
+    floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    lid = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), 0.0)
+    wall = FlatTool((-0.02, 0.0), (1.0, 0.0), (0.1, 0.0), ("left",), 0.0)
+    mesh = block(2.0, 1.0, 4, 1, element=Element.Q4)
+    system = system_of(Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (floor, lid, wall)))
+    forces = np.zeros((len(system.candidates.node), 2))
+    forces[system.candidates.tool < 2, 0] = force
+    sent = system.body.space.gather(np.tile([1e4, 0.0], len(mesh.nodes)))
+    iterate = Increment(system, system.rest(), 1.0).at(sent)
+    least = at_least(iterate, forces, loose_motions(iterate, forces, 1e-9), 1e-9)
+    np.testing.assert_allclose(system.body.space.spread(least.x)[:, 0], 0.08, rtol=1e-9)
+
+
+def stretched(scale):
+    """An iterate of a free block that is stretched and lifted, and whose least motion ends on the floor, unpressed."""
+    floor = FlatTool((0.0, -0.05), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    lid = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, 0.0), ("top",), 0.0)
+    mesh = block(2.0, 1.0, 4, 2, element=Element.Q4)
+    system = system_of(Scene(mesh, Geometry.PLANE_STRAIN, MATERIAL, (), (floor, lid)))
+    moved = scale * np.column_stack([np.zeros(len(mesh.nodes)), 0.1 * mesh.nodes[:, 1] + 0.3])
+    iterate = Increment(system, system.rest(), 1.0).at(system.body.space.gather(moved.ravel()))
+    return iterate, np.zeros((len(system.candidates.node), 2))
+
+
+def test_where_a_gap_just_closes_all_digits_are_known():
+    """A cone program finds half of them: the gap was 2e-8."""
+    iterate, none = stretched(1.0)
+    least = at_least(iterate, none, loose_motions(iterate, none, 0.0), 0.0)
+    base = least.increment.system.candidates.tool == 0
+    np.testing.assert_allclose(least.motion[base, 0], 0.0, atol=2e-12)
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e-12])
+def test_gaps_that_are_many_motions_off_do_not_stop_a_second_way(scale):
+    iterate, none = stretched(scale)
+    x = settled(iterate, none, loose_motions(iterate, none, 0.0), 0.0, np.zeros(len(none)))
+    np.testing.assert_allclose(np.linalg.norm(x), 0.1 * scale * np.sqrt(2.5), rtol=1e-9)
 
 
 def test_gaps_far_from_a_motion_of_round_off_do_not_bound_it():

@@ -14,10 +14,11 @@ from bipot.laws.hardening import Perfect
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written, upsetting
 from bipot.paths import Amplitude
-from bipot.scene.loads import BodyForce, Pressure
+from bipot.scene.loads import BodyForce, Pressure, Traction
+from bipot.scene.supports import Symmetry
 from bipot.tensors import equivalent_stress
 from bipot.tools.poses import Force
-from tests.scenes import refused, scene, tool
+from tests.scenes import bar, refused, scene, tool
 
 NAN = float("nan")
 
@@ -163,6 +164,12 @@ def test_round_off_of_a_start_ends_at_its_bound(pressed_once, off, within):
             refused(lambda start=start: march(pressed, Schedule(2), start=start), field)
 
 
+def unloaded():
+    """A bar of Q8/P1 that a load stretches by less than it yields at, and that it leaves."""
+    there_and_back = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 0.0)))
+    return bar((Traction("right", (10.0, 0.0), there_and_back),), (Symmetry("left", 0), Symmetry("base", 1)))
+
+
 AS_WRITTEN = as_written(upsetting(mu=0.3), 1e5, 1e5)[1]
 
 
@@ -182,8 +189,9 @@ def away(pressed):
         (upsetting(mu=0.3, elements=2, reduction=1e-12), Control(Newton())),
         (away(upsetting(mu=0.2, elements=2, reduction=0.01, hardening=Perfect(1e4))), Control(Newton())),
         (scene(tools=(tool(), tool())), Control()),
+        (unloaded(), Control(Newton())),
     ],
-    ids=["midpoint", "paper", "penalty", "paper as written", "tiny travel", "lifted off", "two tools"],
+    ids=["midpoint", "paper", "penalty", "paper as written", "tiny travel", "lifted off", "two tools", "unloaded"],
 )
 def test_every_state_of_a_march_is_a_start(marched, control):
     for accepted in march(marched, Schedule(20), control):

@@ -41,6 +41,14 @@ def test_where_a_body_has_long_yielded_is_told_by_how_far_tools_go_from_each_oth
     assert not any(map(is_past_yield, increments(0.99 * far)))
 
 
+@pytest.mark.parametrize("path", [((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (2 / 3, 1.0), (1.0, 0.5))])
+def test_only_the_second_increment_follows_yield(path):
+    """The third goes on as long past it, or begins anew where the path has turned round."""
+    pressed = scene(tools=(tool(travel=(0.0, -72 * AT_YIELD), path=path),))
+    steps = march(pressed, Schedule(3, landings=(2 / 3,)))
+    assert [follows_yield(step.solved.iterate.increment) for step in steps] == [False, True, False]
+
+
 @pytest.mark.parametrize(("load", "past"), [((), True), ((Pressure("right", 1.0),), False)])
 def test_where_nothing_but_a_load_strains_a_body_it_yields_to_the_end(load, past):
     assert [is_past_yield(increment) for increment in increments(0.0, load)] == [past] * 2

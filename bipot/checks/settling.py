@@ -4,8 +4,8 @@ Of all x + N t, with the rigid motions N t that neither supports nor closed cont
 norm that keeps gaps, and the directions of slips that cost friction: numbering, units and solver do not choose then. A
 rigid motion N t is linear in t, and where it turns the body it strains it: the body follows it on as a rigid body does,
 and settles again where that has led. Each such way is about as long as the square of the last one, and a few lead to
-where none is left. Contacts that touch without a force prevent motions in one direction only: where there are any, it
-settles again from the first way, too.
+where none is left; so do they around curved tools, whose gaps are those along a tangent. Contacts that touch without a
+force prevent motions in one direction only: from where the first way led, they may open.
 
 A rate v = b + W (x - c) with a skew W moves a point in unit time along
 
@@ -47,6 +47,12 @@ TURNLESS = 1e-12
 
 TIGHT = Accuracy(1e-12)
 
+OPENED = 10.0
+"""Way to open a gap, over the least that one contact alone asks for, within which other gaps may bound it."""
+
+CLOSED = 1e-5
+"""Gap, over the motion, that a program's answer may leave where the least motion leaves none."""
+
 LEFT = 4e-12
 """Gap left where a body comes to rest, over its displacement: a contact without a force may not close by the round-off
 of :data:`TIGHT`, but it may be open."""
@@ -81,13 +87,14 @@ def _noise(examined: Examined) -> float:
 def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
     """The iterate of least motion, reached from that given by a way in N (n, m).
 
-    Where it turns, or contacts that carry no force are closed, others follow, which open these: a turn has closed them,
-    or the pass that was solved.
+    Others follow until there is none. They open contacts that carry no force and that a turn has closed, or the pass
+    that was solved.
     """
+    if not iterate.x.any():
+        return iterate
     blur, sunk = EPS * max_abs(iterate.increment.start.nodes), np.minimum(iterate.motion[:, 0], 0.0)
-    least, bends = _followed_on(iterate, settled(iterate, r, N, noise) if N.size else iterate.x)
-    holds = bends or pressed_motions(least, r, noise).shape[1] > N.shape[1]
-    for _ in range(WAYS if holds else 0):
+    least = _followed_on(iterate, settled(iterate, r, N, noise)) if N.size else iterate
+    for _ in range(WAYS):
         try:
             x = settled(least, r, pressed_motions(least, r, noise), noise, sunk)
         except ProgramError:
@@ -95,27 +102,25 @@ def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
         near = norm(x - least.x) <= max(ENOUGH * norm(x), blur)
         if near and (least.motion[:, 0] >= sunk).all():
             break
-        least, bends = _followed_on(least, x)
-        if not bends:
-            break
+        least = _followed_on(least, x)
     return least
 
 
-def _followed_on(iterate: Iterate, x: Floats) -> tuple[Iterate, bool]:
-    """The iterate after the rigid motion that begins along the way to x (n,), and whether that bends.
+def _followed_on(iterate: Iterate, x: Floats) -> Iterate:
+    """The iterate after the rigid motion that begins along the way to x (n,).
 
     Where its bend is round-off, or there is no way at all, the iterate is that at x, or the one given.
     """
     increment, way = iterate.increment, x - iterate.x
     if norm(way) <= SETTLED * norm(x):
-        return iterate, False
+        return iterate
     if not iterate.response.kinematics.moves:
-        return increment.at(x), False
+        return increment.at(x)
     space = increment.system.body.space
     moved = moved_on(iterate.nodes, space.spread(way))
     followed = iterate.x + space.gather(np.append(moved, space.beside(way)))
     bend = max_abs(followed - x) / max_abs(way)
-    return increment.at(x if bend <= EPS else followed), bend > SETTLED
+    return increment.at(x if bend <= EPS else followed)
 
 
 def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats | None = None) -> Floats:
@@ -144,11 +149,12 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
         kept = ~opens.any(axis=1) | ((gap >= 0) & (gap <= LEFT * unit))
         room = np.where(kept, np.maximum(gap, 0.0), gap - LEFT * unit)
     bounded, least = np.vstack([opens, forward]), np.append(room, length)
-    if sunk is None:
-        # The way is no longer than twice that to the origin. Where the motion is round-off, what is farther off than
-        # that is farther than the program has numbers for.
-        near = least <= 2 * norm(bounded) * norm(N.T @ x)
-        bounded, least = bounded[near], least[near]
+    # The way is no longer than twice that to the origin, but for gaps to be opened. Where the motion is round-off, what
+    # is farther off than that is farther than the program has numbers for.
+    sizes = norm(bounded)
+    opened = np.divide(-least, sizes, out=np.zeros_like(least), where=sizes > 0).max(initial=0.0)
+    near = least <= sizes * (2 * norm(N.T @ x) + OPENED * opened)
+    bounded, least = bounded[near], least[near]
     program = ConicProgram(
         P=sp.csc_matrix(np.eye(N.shape[1])),
         q=N.T @ x / unit,
@@ -156,7 +162,19 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float, sunk: Floats |
         blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
     )
     # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
-    return x + N @ (unit * solve_once(program, TIGHT).x)
+    return x + N @ (unit * _exactly(bounded, least / unit, N.T @ x / unit, solve_once(program, TIGHT).x))
+
+
+def _exactly(opens: Floats, room: Floats, gone: Floats, way: Floats) -> Floats:
+    """The ``way`` t (m,) of least |gone + t| with opens t + room >= 0, of which a program knows some digits.
+
+    Where a gap just closes and nothing presses it, these are half of the digits. The gaps that the way all but closes
+    are closed, if this keeps the others and goes no farther.
+    """
+    closed = opens @ way + room <= CLOSED * norm(opens)
+    exact = np.linalg.pinv(opens[closed], rcond=CLOSED) @ (opens[closed] @ gone - room[closed]) - gone
+    keeps = (opens @ exact + room >= np.minimum(opens @ way + room, 0.0) - EPS).all()
+    return exact if keeps and norm(gone + exact) <= norm(gone + way) + ENOUGH else way
 
 
 def moved_on(places: Floats, rate: Floats) -> Floats:

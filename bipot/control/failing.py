@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from bipot.certificate import EPS
 from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
@@ -24,9 +26,9 @@ BLURRED = 1e-4
 NEXT = 4.0
 """A maximum of the load within this many lengths of the failed increment explains the failure."""
 
-CRUSHED = 0.95
+CRUSHED, CONFINED = 0.95, 2.0
 """Part of its volume at rest below which a body that yields is crushed: its mean pressure is then about a twentieth
-of the bulk modulus."""
+of the bulk modulus. Where that is less than CONFINED times the yield stress it may flow freely, as soft foams do."""
 
 
 def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahead: float) -> IncrementFailed:
@@ -71,7 +73,9 @@ def _crushed(increment: Increment) -> str | None:
     """The advice where tools have compressed a body that yields, None where they have not."""
     state, body = increment.start, increment.system.body
     now, at_rest = (float(body.space.gradients(x).volume.sum()) for x in (state.nodes, body.scene.mesh.nodes))
-    if now > CRUSHED * at_rest or not state.peeq.any():
+    material = body.scene.material
+    confined = state.pressure.mean() >= CONFINED * np.mean(material.yield_stress(state.peeq))
+    if now > CRUSHED * at_rest or not (body.scene.tools and state.peeq.any() and confined):
         return None
     return (
         f"The body fills the room that its tools leave it, and has lost {1 - now / at_rest:.0%} of its volume: give it "

@@ -139,7 +139,7 @@ class Pacer:
         unsure = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
         most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or unsure[near].any() else stretch
         if strained == 0:
-            return max(most, LEAST_LENGTH), 0.0
+            return most, 0.0
         # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
         far = yielded_strain(system, state.length > 0)

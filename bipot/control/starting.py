@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -15,16 +17,26 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.load_change import BALANCED
 from bipot.response import State
+from bipot.scene.fitting import inside
 from bipot.scene.scene import Scene
+from bipot.scene.symmetry import image_depth
 from bipot.system import System, system_of
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Bools, Floats, max_abs
+from bipot.typing import Bools, Floats, max_abs, vdot
 
 PLACED = 1e-9
 """Distance (over the body size) of nodes from the positions given by supports and stored gaps: round-off."""
 
+RELEASED = "begin with the loads and supports that the body is under, or release it in a scene without tools before"
+
+VOLUMES = 10.0
+"""Factor between volumes that errors of finite increments do not reach, and other units exceed: of areas, too."""
+
 YIELDED = 1e-8
 """Relative distance of a stress outside the yield surface, or of its pressure from what elements can represent."""
+
+FAINT = 1e-12
+"""Pressure over the bulk modulus that counts as round-off, which is all that a body has from which loads were taken."""
 
 
 def course_of(start: State | Course | None, system: System, equilibrium: float) -> Course:
@@ -56,10 +68,11 @@ def course_of(start: State | Course | None, system: System, equilibrium: float) 
 def handed_on(state: State, scene: Scene) -> State:
     """The body of a ``state`` that no tool presses, as the start of a march of another ``scene`` of the same mesh.
 
-    Pseudo-time begins anew. Gaps are those to the tools of ``scene`` where they are at rest.
+    Pseudo-time begins anew. Gaps are those to the tools of ``scene`` where they are at rest. The march refuses a body
+    out of balance with the loads and supports of a ``scene`` with tools; without tools it springs back.
 
     Raises:
-        SceneError: contact forces; nodes of another mesh; a tool in the body, naming it.
+        SceneError: contact forces; nodes of another mesh; a tool, or its mirror image, in the body, naming it.
     """
     require_type(state, State, "state")
     require_type(scene, Scene, "scene")
@@ -70,6 +83,13 @@ def handed_on(state: State, scene: Scene) -> State:
     if gap.min(initial=0.0) < -PLACED * scene.mesh.size:
         k, depth = int(contacts.tool[gap.argmin()]), -float(gap.min())
         raise SceneError(f"tools[{k}]: must be off the body, not {depth:.3g} in it: let its way begin farther off")
+    for k, tool in enumerate(scene.tools):
+        wrong = inside(scene.surroundings, tool, state.nodes, PLACED * scene.mesh.size)
+        require(wrong is None, f"tools[{k}]", tool.face, f"off the body: {wrong}")
+        for plane in scene.planes:
+            depth = image_depth(plane, scene.mesh, tool, state.nodes, scene.at_rest[k])
+            apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
+            require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
     forces = np.zeros((len(gap), scene.mesh.dimension))
     return replace(state, tau=0.0, gap=gap, forces=forces, translation=none, translated=none)
 
@@ -102,6 +122,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
     _require_yielded(start, system)
     _require_pressure(start, system)
+    _require_volume(start, system)
     placed = scene.mesh.nodes + scene.driven(start.tau)
     holding = scene.holding
     moved = max_abs(holding.axes.components(start.nodes - placed)[holding.held])
@@ -136,9 +157,20 @@ def _require_pressure(start: State, system: System) -> None:
     projection, pressure = system.body.projection, start.pressure
     if projection is not None:
         off = max_abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure)
-        volume = system.body.scene.volume_change.name
+        volume, bulk = system.body.scene.volume_change.name, system.body.scene.material.elasticity.bulk
         allowed = f"of a pressure of {volume} in each element, not {off:.3g} off: is it another scene's?"
-        require(off <= YIELDED * max_abs(start.stress), "start.stress", "one", allowed)
+        require(off <= YIELDED * max_abs(start.stress) + FAINT * bulk, "start.stress", "one", allowed)
+
+
+def _require_volume(start: State, system: System) -> None:
+    """Require the volume of the mesh, changed by the pressure alone: that of nodes in another unit is far off."""
+    space, bulk = system.body.space, system.body.scene.material.elasticity.bulk
+    with _unfolded():
+        now, at_rest = (space.gradients(nodes).volume for nodes in (start.nodes, space.mesh.nodes))
+    with np.errstate(over="ignore"):
+        ratio = float(now.sum()) / vdot(at_rest, np.exp(-start.pressure / bulk))
+    allowed = f"of the mesh's volume under the stress, not {ratio:.3g} times that: is the scene in other units?"
+    require(1 / VOLUMES <= ratio <= VOLUMES, "start.nodes", "positions", allowed)
 
 
 def _require_balanced(start: State, system: System, tolerance: float) -> None:
@@ -149,10 +181,8 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     body, contacts = system.body, system.candidates
     none_where_held = not start.forces[~contacts.tangent_free, 1:].any()
     require(none_where_held, "start.forces", "tangential ones", "zero where supports hold a node against them")
-    try:
+    with _unfolded():
         pushed = system.carried(start)
-    except InvertedElement as folded:
-        raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     nodes = body.scene.balanced(start.nodes - start.du, start.du)
     forces = element_force(body.space.gradients(nodes), start.stress)
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
@@ -163,9 +193,19 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     moved = float(norm(start.du).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)
-    allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
+    why = "is it another scene's?" if start.forces.any() else RELEASED
+    allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: {why}"
     # Written so that inf (no bound) times a scale of zero, which is NaN, refuses nothing.
     require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
+
+
+@contextmanager
+def _unfolded() -> Iterator[None]:
+    """Within it, elements of a start must not be folded."""
+    try:
+        yield
+    except InvertedElement as folded:
+        raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
 
 
 def _size(space: Space, residual: Floats) -> float:

@@ -37,7 +37,7 @@ def follows_yield(increment: Increment) -> bool:
     """Whether the increment before, from rest or a kink, went past first yield: its mean velocity is of both sides."""
     start = increment.start
     turn, _ = increment.paces.since_turn(start.tau, increment.tau)
-    if start.tau - start.length > turn + ROUND_OFF * start.length or increment.past.turns:
+    if start.tau - start.length > turn + ROUND_OFF * start.length:
         return False
     strain, far = _since_turn(increment, start.tau)
     return strain >= far * (1 - ROUND_OFF)

@@ -114,7 +114,7 @@ def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:
 
 def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
     """Require that no part of a tool is in the body at rest, nor the whole body in the tool, as in a reversed one."""
-    wrong = _inside(body, tool)
+    wrong = inside(body.surroundings, tool, body.mesh.nodes, PLANAR * body.mesh.size)
     if wrong is None:
         return
     if isinstance(tool, FlatTool):
@@ -126,12 +126,12 @@ def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
     raise SceneError(f"{label}.surface = {tool.face!r}: must be off {whole}: {wrong}")
 
 
-def _inside(body: Fitted, tool: Tool) -> str | None:
-    """The inadmissible overlap of the body at rest and the tool in words, None where there is none."""
-    nodes, pose = body.mesh.nodes, np.zeros(pose_size(body.mesh.dimension))
-    if tool.distance(nodes, pose).max() <= PLANAR * body.mesh.size:
+def inside(surroundings: Surroundings | Skin, tool: Tool, nodes: Floats, roundoff: float) -> str | None:
+    """The overlap of a body at ``nodes`` (a, d) and the tool at rest, in words, None where there is none."""
+    pose = np.zeros(pose_size(nodes.shape[1]))
+    if tool.distance(nodes, pose).max() <= roundoff:
         return "all of the body is inside it"
-    deep = body.surroundings.inside(tool, nodes, pose)
+    deep = surroundings.inside(tool, nodes, pose)
     return None if deep is None else f"a part of it is behind {deep}, between which no candidate feels it"
 
 
