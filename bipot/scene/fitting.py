@@ -20,6 +20,7 @@ from bipot.scene.between_faces import Skin, require_thick
 from bipot.scene.holding import Holding
 from bipot.scene.symmetry import PLANAR
 from bipot.tensors import norm
+from bipot.tools.extruded import Extruded
 from bipot.tools.poses import pose_size
 from bipot.tools.profiles import Profile
 from bipot.tools.revolved import Revolved
@@ -61,7 +62,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     _require_surface(body.mesh, tool, label)
     d = body.mesh.dimension
     require_components(tool.travel, d, f"{label}.travel")
-    kind = "a plane, or what is Revolved" if d == 3 else "of a plane"
+    kind = "a plane, or what is Revolved or Extruded" if d == 3 else "of a plane"
     same = tool.face.tips().centre.shape[-1] == d
     require(same, f"{label}.surface", tool.face, f"{kind}, as the nodes of the mesh have {d} coordinates")
     if tool.turn is not None:
@@ -141,6 +142,9 @@ def _followed_back(surface: Surface) -> Surface | None:
     if isinstance(surface, Revolved):
         meridian = _followed_back(surface.meridian)
         return None if meridian is None else replace(surface, meridian=meridian)
+    if isinstance(surface, Extruded):
+        section = _followed_back(surface.section)
+        return None if section is None else replace(surface, section=section)
     return surface.followed_back() if isinstance(surface, Profile) else None
 
 
