@@ -33,6 +33,7 @@ class Extruded(Surface):
         SceneError: vectors that are not three finite numbers, directions that are no unit vectors or not at a right
             angle, a section that is no surface of a plane.
 
+    >>> from bipot.tools.circle import Circle
     >>> rail = Extruded(Circle((0.0, 5.0), 2.0))
     >>> rail.distance(np.array([0.0, 7.0, 2.5])).gap
     np.float64(0.5)
