@@ -7,7 +7,7 @@ certificate. These are the public names by subject; everything else is in the su
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
-* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone
+* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone, Extruded
 * meshes: Mesh, Element, Layout, Fine, block, cylinder, ring, brick, cylinder_3d, ring_3d
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -86,6 +86,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
+from bipot.tools.extruded import Extruded
 from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.revolved import Revolved, cone, roll, sphere
@@ -118,6 +119,7 @@ __all__ = [
     "Element",
     "Energies",
     "Existing",
+    "Extruded",
     "FileError",
     "Fine",
     "FlatTool",

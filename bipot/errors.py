@@ -155,7 +155,11 @@ def require_type(value: object, kind: type, field: str, *, optional: bool = Fals
     if issubclass(kind, Enum):
         meant = [member for member in kind if str(value).lower() in (str(member.value).lower(), member.name.lower())]
         allowed += f", e.g. {kind.__name__}.{next(iter(meant or kind)).name}"
-    require(False, field, value, allowed + (" or None" if optional else ""))
+    allowed += " or None" if optional else ""
+    if getattr(kind, "_is_protocol", False) and not isinstance(value, type):
+        lacking = [name for name in vars(kind) if not name.startswith("_") and not hasattr(value, name)]
+        allowed += f"; it has no {', '.join(lacking)}"
+    require(False, field, value, allowed)
 
 
 def require_number(value: object, field: str) -> None:

@@ -117,5 +117,13 @@ class FrozenMap(Mapping[Key, Value]):
     def __len__(self) -> int:
         return len(self._items)
 
+    def __or__(self, other: Mapping[Key, Value]) -> FrozenMap[Key, Value]:
+        """Both, as of dictionaries: where a key is in both, the other's value.
+
+        >>> FrozenMap({"top": 1}) | {"below": 2}
+        FrozenMap({'top': 1, 'below': 2})
+        """
+        return FrozenMap({**self, **other})
+
     def __repr__(self) -> str:
         return f"FrozenMap({self._items!r})"

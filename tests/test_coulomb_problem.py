@@ -156,6 +156,17 @@ def test_status_of_each_contact():
     assert answer(problem, [1.0, -0.2, 0.0, 0.0, 1.0, -0.2]).status()[2] == Status.UNDECIDED
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-11])
+def test_contacts_that_all_stick_are_told_so(noise):
+    """Their velocities are what a solver leaves of them, and none is a slip; an open contact afar changes nothing."""
+    near = coulomb.CoulombProblem(np.eye(4), [-1.0, 0.2, -1.0, -0.1], 0.5, 2)
+    assert answer(near, [1.0, -0.2 + noise, 1.0 - noise, 0.1]).status().tolist() == [Status.STICK] * 2
+    assert (coulomb.solve(near).status() == Status.STICK).all()
+    beside = coulomb.CoulombProblem(np.eye(6), [-1.0, 0.2, 1e12, 0.0, -1.0, 0.7], 0.5, 2)
+    found = answer(beside, [1.0, -0.2, 0.0, 0.0, 1.0, -0.5]).status().tolist()
+    assert found == [coulomb.Status.STICK, coulomb.Status.OPEN, coulomb.Status.SLIP]
+
+
 def test_a_converged_answer_of_zero_load_does_not_divide_by_zero():
     still = answer(one_contact([0.0, 0.0]), [0.0, 0.0])
     assert (still.residual(), still.bipotential_gap()) == (0.0, 0.0)

@@ -152,3 +152,16 @@ def test_gradings_are_a_pair(grading):
 def test_bad_meshes_are_refused_by_name(make, words):
     with pytest.raises(SceneError, match=words):
         make()
+
+
+def test_a_mesh_is_printed_in_words_however_large_it_is():
+    """And with it a scene: printed in full they were pages of numbers."""
+    assert repr(block(1.0, 1.0, 40, 30)) == "Mesh(1200 Q4 elements, 1271 nodes; boundaries base, left, right, top)"
+    assert repr(Mesh([(0, 0), (1, 0), (0, 1)], [(0, 1, 2)])) == "Mesh(1 T3 elements, 3 nodes; boundaries none)"
+
+
+def test_boundaries_are_added_to_those_of_a_mesh_as_to_a_dictionary():
+    mesh = block(2.0, 1.0, 4, 1)
+    top = mesh.boundary("top")
+    more = Mesh(mesh.nodes, mesh.elements, mesh.boundaries | {"below": top[:2]})
+    assert set(more.boundaries) == {"left", "right", "base", "top", "below"}

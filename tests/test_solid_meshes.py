@@ -91,6 +91,19 @@ def test_a_quarter_of_a_ring_has_six_sides_on_its_circles_and_planes(element):
     assert sizes[-1] / sizes[0] == pytest.approx(2.0)
 
 
+@pytest.mark.parametrize("element", SOLIDS)
+def test_a_whole_ring_is_four_times_its_quarter(element):
+    how = {"grading": (2.0, 1.0), "element": element}
+    mesh, quarter = ring_3d(1.0, 3.0, 2.0, 2, 2, 1, quarter=False, **how), ring_3d(1.0, 3.0, 2.0, 2, 2, 1, **how)
+    assert len(mesh.elements) == 4 * len(quarter.elements)
+    assert volume(mesh) == pytest.approx(4 * volume(quarter), rel=1e-13)
+    radius = np.linalg.norm(mesh.nodes[:, :2], axis=1)
+    for name, exact in {"bore": 1.0, "side": 3.0}.items():
+        np.testing.assert_allclose(radius[mesh.boundary_nodes(name)], exact, rtol=1e-14)
+    assert set(mesh.boundaries) == {"bore", "side", "base", "top"}
+    assert sum(map(len, mesh.boundaries.values())) == len(mesh.outline)
+
+
 def test_rings_of_a_cylinder_are_graded():
     mesh = cylinder_3d(1.0, 1.0, 1, 4, 1, grading=(0.25, 1.0))
     x = np.sort(mesh.nodes[(np.abs(mesh.nodes[:, 1:]) < 1e-12).all(axis=1), 0])

@@ -20,6 +20,7 @@ from bipot.coulomb.solution import CoulombSolution, Outcome, natural_residual, r
 from bipot.coulomb.solvability import Existence, ExistenceReport, existence
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.coulomb.uzawa import Uzawa
+from bipot.laws.coulomb import Status
 
 __all__ = [
     "DEFAULT_CHAIN",
@@ -45,6 +46,7 @@ __all__ = [
     "ProximalPoint",
     "Solver",
     "Stage",
+    "Status",
     "TrescaFixedPoint",
     "Uzawa",
     "enumerate_modes",

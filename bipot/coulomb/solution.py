@@ -123,7 +123,7 @@ def _judged(problem: CoulombProblem, r: Floats) -> Judgement:
     forces, load = problem.by_contact(r * rows), problem.by_contact(problem.q / rows)
     moves = problem.by_contact(problem.velocity(r) / rows)
     found = nearest_law(forces, moves, problem.mu)
-    reach = norm(problem.by_contact((problem.magnitudes @ np.abs(r)) / rows))
+    added = reach(problem, r)
     pressing = norm(load * found.bearing)
     count = int(group.max()) + 1
 
@@ -131,14 +131,19 @@ def _judged(problem: CoulombProblem, r: Floats) -> Judgement:
         return np.sqrt(np.bincount(group, lengths * lengths, count))
 
     scale = _scale(by_group(pressing), by_group(norm(load)), by_group(norm(forces)))
-    moved = pressing + reach
+    moved = pressing + added
     contact_scale = np.where(moved > 0, np.minimum(moved, scale[group]), scale[group])
 
     def worst(lengths: Floats) -> float:
         return max(float(np.max(by_group(lengths) / scale)), float(np.max(lengths / contact_scale)))
 
-    resolution = worst(_EPS * reach)
+    resolution = worst(_EPS * added)
     return Judgement(max(worst(found.distance), resolution), resolution)
+
+
+def reach(problem: CoulombProblem, r: Floats) -> Floats:
+    """| |W'| |r'| | of each contact (c,), in contact units: the magnitude of what a force r (dc,) moves it by."""
+    return norm(problem.by_contact(problem.magnitudes @ np.abs(r)) / problem.contact_unit[:, None])
 
 
 def _scale(bearing: Floats, load: Floats, force: Floats) -> Floats:
@@ -248,10 +253,13 @@ class CoulombSolution:
         return float(np.abs(coulomb.bipotential_gap(u, r, self.problem.mu)).sum())
 
     def status(self, tol: float = 1e-8) -> NDArray[np.int8]:
-        """:class:`bipot.laws.coulomb.Status` of each contact, (c,); ``tol`` relative to max |r'| and max |u'|, in
-        the units of each contact (:attr:`CoulombProblem.contact_unit`)."""
+        """:class:`~bipot.laws.coulomb.Status` of each contact, (c,), in its unit (:attr:`CoulombProblem.contact_unit`).
+
+        ``tol`` is relative: of forces to max |r'|, of velocities to what they are the sum of, |q'| + |W'| |r'|.
+        """
         r, u = self._pair()
         unit = self.problem.contact_unit[:, None]
         r, u = r * unit, u / unit
-        force, slip = (tol * max(max_abs(x), float(np.finfo(np.float64).tiny)) for x in (r, u))
+        force = tol * max(max_abs(r), float(np.finfo(np.float64).tiny))
+        slip = tol * (norm(self.problem.by_contact(self.problem.q) / unit) + reach(self.problem, self.r))
         return coulomb.status(r, u, 0.0, self.problem.mu, force, slip)

@@ -157,7 +157,7 @@ def status(
     gap: Floats | float,
     mu: Friction,
     force_tol: float,
-    slip_tol: float,
+    slip_tol: Floats | float,
     cap: Friction = np.inf,
 ) -> NDArray[np.int8]:
     """:class:`Status` of each point as an integer, (…).

@@ -115,18 +115,26 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     return Round(MeshParts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left))), arcs)
 
 
-def annulus(radii: Floats, count: int, element: Element) -> Round:
-    """Q4 or T3 of a quarter of a ring x, y >= 0 between ``radii`` (n + 1,), ``count`` of them around it.
+def annulus(radii: Floats, count: int, quarter: bool, element: Element) -> Round:
+    """Q4 or T3 of a ring between ``radii`` (n + 1,), or of its ``quarter`` x, y >= 0, ``count`` around a quarter.
 
-    Boundaries are ``bore``, ``side``, ``front`` and ``left``.
+    Boundaries are ``bore``, ``side`` and, of a quarter, ``front`` and ``left``.
     """
     along = np.linspace(0.0, 2.0, count + 1)
     circle = _circle(np.minimum(np.column_stack([2 - along, along]), 1.0))
-    number = np.arange(len(radii) * (count + 1)).reshape(len(radii), -1)
+    if not quarter:
+        first, second = circle[:-1], circle[:-1, ::-1] * (-1, 1)
+        circle = np.vstack([first, second, -first, -second])
+    number = np.arange(len(radii) * len(circle)).reshape(len(radii), -1)
     nodes = (radii[:, None, None] * circle).reshape(-1, 2)
     arcs = np.column_stack([np.repeat(radii, len(circle)), np.tile(circle, (len(radii), 1))])
-    names, lines = ("bore", "side", "front", "left"), (number[0], number[-1], number[:, 0], number[:, -1])
-    return Round(MeshParts(nodes, cells_between(number, element), edges_along(names, lines)), arcs)
+    if not quarter:
+        number = np.column_stack([number, number[:, 0]])
+    sides = {"bore": number[0], "side": number[-1]}
+    if quarter:
+        sides |= {"front": number[:, 0], "left": number[:, -1]}
+    edges = edges_along(tuple(sides), tuple(sides.values()))
+    return Round(MeshParts(nodes, cells_between(number, element), edges), arcs)
 
 
 def _around(inner: Ints, quarter: bool) -> Ints:

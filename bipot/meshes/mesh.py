@@ -66,6 +66,16 @@ class Mesh:
         boundaries = {name: self._ordered(name, facets) for name, facets in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
 
+    def __repr__(self) -> str:
+        """What it consists of, without its arrays.
+
+        >>> from bipot.meshes.sections import block
+        >>> block(1.0, 1.0, 2, 2)
+        Mesh(4 Q4 elements, 9 nodes; boundaries base, left, right, top)
+        """
+        counts = f"{len(self.elements)} {self.element.name} elements, {len(self.nodes)} nodes"
+        return f"Mesh({counts}; boundaries {', '.join(sorted(self.boundaries)) or 'none'})"
+
     @classmethod
     def from_skfem(cls, mesh: Any) -> Mesh:
         """A mesh of scikit-fem, of triangles, quadrilaterals, tetrahedra or hexahedra, with its named boundaries.

@@ -108,13 +108,15 @@ def ring_3d(
     grading: Gradings = (1.0, 1.0),
     element: Element = Element.H8,
     *,
+    quarter: bool = True,
     curved: bool = True,
     inscribed: bool = True,
 ) -> Mesh:
-    """The quarter x, y >= 0 of a ring around the third axis, with boundaries bore, side, left, front, base and top.
+    """Ring around the third axis, its quarter x, y >= 0 or the whole, with boundaries bore, side, base and top.
 
-    ``n_around`` elements make a quarter of the circle; ``grading`` is of the radius and of z. ``curved`` and
-    ``inscribed`` are those of :func:`cylinder_3d`, of both circles.
+    A quarter also has the boundaries left, x = 0, and front, y = 0. ``n_around`` elements make a quarter of the circle;
+    ``grading`` is of the radius and of z. ``curved`` and ``inscribed`` are those of :func:`cylinder_3d`, of both
+    circles.
 
     Raises:
         SceneError: a size or a count that is none, an inner radius that is not the smaller one, more elements than
@@ -129,14 +131,14 @@ def ring_3d(
     require_sides(**{"outer - inner": outer - inner, "height": height})
     counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
     n_around, n_r, n_z = counts.values()
-    for name, value in {"curved": curved, "inscribed": inscribed}.items():
+    for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
         require_type(value, bool, name)
     _require_solid(element, grading, 2)
-    require_room(n_around * n_r * n_z, element, counts)
+    require_room(n_around * n_r * n_z * (1 if quarter else 4), element, counts)
     arcs = curved and element.quadratic
     wider = 1.0 if inscribed else _widened(n_around, arcs)
     bore, side = float(inner) * wider, float(outer) * wider
-    flat = annulus(graded(bore, side, n_r, grading[0]), n_around, FLAT[element.shape])
+    flat = annulus(graded(bore, side, n_r, grading[0]), n_around, quarter, FLAT[element.shape])
     return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), element, arcs))
 
 

@@ -14,17 +14,19 @@ from bipot.fem.surface import outward_area
 from bipot.laws.material import Material
 from bipot.meshes.mesh import Mesh
 from bipot.paths import require_components
+from bipot.scene.agreeing import require_agreeing
 from bipot.scene.between import Surroundings
 from bipot.scene.between_faces import Skin, require_thick
 from bipot.scene.holding import Holding
 from bipot.scene.symmetry import PLANAR
 from bipot.tensors import norm
+from bipot.tools.extruded import Extruded
 from bipot.tools.poses import pose_size
 from bipot.tools.profiles import Profile
 from bipot.tools.revolved import Revolved
-from bipot.tools.surfaces import Distance, Plane, Surface
+from bipot.tools.surfaces import Plane, Surface
 from bipot.tools.tool import FlatTool, Sampling, Tool
-from bipot.typing import Floats, Vector, max_abs
+from bipot.typing import Floats, Vector
 
 INSIDE = 1e-9
 """Depth, over the body's size, of a driven tool in the body at rest that counts as round-off."""
@@ -50,24 +52,24 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     """Refuse a tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: candidates that are no edges of the surface, or none of which can move along the normal; a tool that
-            is in the body at rest, that moves off or across the axis of a ring, or turns around one; coefficients at
-            nodes that are no candidates; a cap with a material that does not flow; contact at nodes with negative
-            shares of faces.
+        SceneError: a surface whose methods do not agree; candidates that are no edges of the surface, or none of which
+            can move along the normal; a tool that is in the body at rest, that moves off or across the axis of a ring,
+            or turns around one; coefficients at nodes that are no candidates; a cap with a material that does not
+            flow; contact at nodes with negative shares of faces.
     """
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
     _require_surface(body.mesh, tool, label)
     d = body.mesh.dimension
     require_components(tool.travel, d, f"{label}.travel")
-    kind = "a plane, or what is Revolved" if d == 3 else "of a plane"
+    kind = "a plane, or what is Revolved or Extruded" if d == 3 else "of a plane"
     same = tool.face.tips().centre.shape[-1] == d
     require(same, f"{label}.surface", tool.face, f"{kind}, as the nodes of the mesh have {d} coordinates")
     if tool.turn is not None:
         require_components(tool.turn.centre, d, f"{label}.turn")
     if d == 3:
         require_thick(body.mesh, tool, label)
-    normal = _require_distance(tool.face, x, f"{label}.surface").normal
+    normal = require_agreeing(tool.face, x, f"{label}.surface").normal
     _require_shares(body.mesh, tool, normal[0], label)
     # The normal of a curved tool may turn to any direction.
     holding = body.holding
@@ -140,6 +142,9 @@ def _followed_back(surface: Surface) -> Surface | None:
     if isinstance(surface, Revolved):
         meridian = _followed_back(surface.meridian)
         return None if meridian is None else replace(surface, meridian=meridian)
+    if isinstance(surface, Extruded):
+        section = _followed_back(surface.section)
+        return None if section is None else replace(surface, section=section)
     return surface.followed_back() if isinstance(surface, Profile) else None
 
 
@@ -181,16 +186,3 @@ def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
     flows = bool(np.isfinite(body.material.yield_stress(0.0)))
     allowed = "inf where the material does not flow: it is a part of the yield stress"
     require(flows or not tool.capped, f"{label}.shear", tool.shear, allowed)
-
-
-def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
-    """The surface's distance of points x (a, d); raises SceneError if it is not finite or has another shape."""
-    found = surface.distance(x)
-    require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
-    shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)
-    for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
-        good = np.shape(value) == shape and bool(np.isfinite(value).all())
-        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
-    off = max_abs(norm(found.normal) - 1)
-    require(off < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {off:.2g}")
-    return found

@@ -1,13 +1,15 @@
 """What makes a tool half of one, where it lies in a plane of symmetry: open ends of lines, and sides with a sharp end.
 
 Beyond an open end a line continues straight, into the other half. Along a side in the plane a tool is cut in two, and
-at a sharp end of that side a point of the plane has no unique normal. The end of a meridian is a ring in space.
+at a sharp end of that side a point of the plane has no unique normal. The end of a meridian is a ring in space, that of
+a section a straight.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from bipot.tools.extruded import Extruded
 from bipot.tools.profiles.profile import Profile
 from bipot.tools.profiles.union import Union
 from bipot.tools.revolved import ON_AXIS, Revolved
@@ -30,6 +32,8 @@ def halved_at(surface: Surface, meridian: bool = False) -> list[Floats]:
         return [points for part in surface.surfaces for points in halved_at(part, meridian)]
     if isinstance(surface, Revolved):
         return [_ring(surface, points) for points in halved_at(surface.meridian, meridian=True)]
+    if isinstance(surface, Extruded):
+        return [surface.straights(points) for points in halved_at(surface.section)]
     if not isinstance(surface, Profile):
         return []
     axis = ON_AXIS * surface.pieces.extent if meridian else -np.inf

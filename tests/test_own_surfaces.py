@@ -1,0 +1,135 @@
+"""Surfaces of a user's own: what their methods say of each other has to agree, or the scene is refused."""
+
+import numpy as np
+import pytest
+
+from bipot.errors import SceneError
+from bipot.fem.reduction import Geometry
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.meshes.solids import brick
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.circle import Circle
+from bipot.tools.revolved import Revolved
+from bipot.tools.surfaces import Distance
+from bipot.tools.tool import ShapedTool
+
+
+def pressed(surface, mesh: Mesh | None = None) -> Scene:
+    """A block of height one under the surface."""
+    mesh = block(2.0, 1.0, 4, 2) if mesh is None else mesh
+    down = (0.0,) * (mesh.dimension - 1) + (-0.1,)
+    geometry = Geometry.PLANE_STRAIN if mesh.dimension == 2 else Geometry.SOLID
+    supports = tuple(Support("base", d) for d in range(mesh.dimension))
+    return Scene(
+        mesh, geometry, Elastic(Elasticity(1e3, 0.3)), supports, tools=(ShapedTool(surface, down, ("top",), 0.1),)
+    )
+
+
+class Tilted(Circle):
+    """The normal is that of a plane."""
+
+    def distance(self, x):
+        found = super().distance(x)
+        return found._replace(normal=np.broadcast_to((0.0, -1.0), x.shape))
+
+
+class Inward(Circle):
+    """The normal points into the tool."""
+
+    def distance(self, x):
+        found = super().distance(x)
+        return found._replace(normal=-found.normal)
+
+
+class Squared(Circle):
+    """The gap is zero on the circle, but no distance off it."""
+
+    def distance(self, x):
+        found = super().distance(x)
+        return found._replace(gap=(1 + found.gap / self.radius) ** 2 - 1)
+
+    def gap(self, x, moved):
+        return self.distance(x - moved).gap
+
+
+class Backwards(Circle):
+    """The gap to the moved surface is that to the surface moved the other way."""
+
+    def gap(self, x, moved):
+        return super().gap(x, -np.asarray(moved))
+
+
+class Short(Circle):
+    """A surface of a plane that gives the growth of the gap alone."""
+
+    def passed(self, x, by):
+        return super().passed(x, by)[..., :1]
+
+
+class Still(Circle):
+    """Points that move pass nothing."""
+
+    def passed(self, x, by):
+        return 0 * super().passed(x, by)
+
+
+class Mirrored(Circle):
+    """Arcs are measured the other way."""
+
+    def passed(self, x, by):
+        return super().passed(x, by) * (1, -1)
+
+
+class Stopped(Revolved):
+    """The gap does not grow as points move off."""
+
+    def passed(self, x, by):
+        return 0 * super().passed(x, by)
+
+
+@pytest.mark.parametrize(
+    ("kind", "message"),
+    [
+        (Tilted, r"tools\[0\].surface.distance = 'normal': must be the gradient of the gap, a distance"),
+        (Inward, r"surface.distance = 'normal': must be the gradient of the gap, a distance"),
+        (Squared, r"surface.distance = 'normal': must be the gradient of the gap, a distance"),
+        (Backwards, r"surface.gap = '.*': must be that of distance\(x - moved\)"),
+        (Short, r"surface.passed = '.*': must be finite, of shape \(\d+, 2\)"),
+        (Still, r"surface.passed = '.*': must be the growth of the gap"),
+        (Mirrored, r"surface.passed = '.*': must be the growth of the arc along \(n_y, -n_x\)"),
+    ],
+)
+def test_a_surface_whose_methods_do_not_agree_is_refused(kind, message):
+    """The first was pressed in by a force 3 % too large, the last by one 13 % too small, both with a certificate."""
+    with pytest.raises(SceneError, match=message):
+        pressed(kind((0.5, 2.5), 1.5))
+
+
+@pytest.mark.parametrize("centre", [(0.5, 2.5), (0.5, 2.7)])
+def test_one_whose_methods_agree_is_taken(centre):
+    class Own(Circle):
+        """A surface that the library does not know."""
+
+    assert pressed(Own(centre, 1.5)).tools[0].face.centre == centre
+
+
+def test_a_surface_in_space_is_held_to_the_same():
+    mesh, meridian = brick(2.0, 2.0, 1.0, 2, 2, 1), Circle((0.0, 0.0), 1.5)
+    pressed(Revolved(meridian, (1.0, 1.0, 2.5), (0.0, 0.0, 1.0)), mesh)
+    with pytest.raises(SceneError, match=r"surface.passed = '.*': must be the growth of the gap"):
+        pressed(Stopped(meridian, (1.0, 1.0, 2.5), (0.0, 0.0, 1.0)), mesh)
+
+
+def test_what_is_no_surface_hears_what_it_lacks():
+    class Half:
+        """A surface to which little was written."""
+
+        def distance(self, x):
+            return Distance(x[..., 1], np.zeros_like(x), x[..., 1])
+
+    with pytest.raises(SceneError, match=r"must be a Surface; it has no gap, size, passed, crossed, tips, beyond"):
+        ShapedTool(Half(), (0.0, -1.0), ("top",), 0.1)
