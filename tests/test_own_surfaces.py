@@ -117,6 +117,13 @@ def test_one_whose_methods_agree_is_taken(centre):
     assert pressed(Own(centre, 1.5)).tools[0].face.centre == centre
 
 
+@pytest.mark.parametrize("radius", [1e6, 1e10, 1e12])
+def test_a_roll_that_is_nearly_flat_is_taken(radius):
+    """What is left of a gap, the difference of so large numbers, was held against its methods."""
+    beside = (0.3 * radius, 2.0 + radius * np.sqrt(1 - 0.3**2))
+    assert pressed(Circle(beside, radius)).tools[0].face.radius == radius
+
+
 def test_a_surface_in_space_is_held_to_the_same():
     mesh, meridian = brick(2.0, 2.0, 1.0, 2, 2, 1), Circle((0.0, 0.0), 1.5)
     pressed(Revolved(meridian, (1.0, 1.0, 2.5), (0.0, 0.0, 1.0)), mesh)
