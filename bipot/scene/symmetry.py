@@ -138,9 +138,9 @@ def require_mirrored(
 
     Raises:
         SceneError: half a tool, which ends in a plane; a tool that is its own mirror image but for a little more than
-            round-off; a tool cut by a plane that travels off it, or turns about another direction than its normal; a
-            tool whose mirror image is in the modelled part; a body force along the normal of a plane, or a point force
-            in the plane along it.
+            round-off, or as far as candidates tell though its surface denies it; a tool cut by a plane that travels off
+            it, or turns about another direction than its normal; a tool whose mirror image is in the modelled part; a
+            body force along the normal of a plane, or a point force in the plane along it.
     """
     for plane in planes:
         for k, tool in enumerate(tools):
@@ -159,7 +159,8 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     own = (
         f"its own mirror image in {plane.words} to {plane.roundoff:.2g}, as it is to {near.roundoff:.2g}, or not nearly"
     )
-    require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
+    nearly = near.cuts(tool) or _seems_cut(plane, mesh, tool)
+    require(cut or not nearly, f"{label}.surface", tool.face, own)
     d = named(plane.normal)
     halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
     require(not cut or tool.goes_across(np.array(plane.normal)), f"{label}.travel", tool.travel, halves)
@@ -170,6 +171,13 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
     apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
     require(depth <= plane.roundoff, label, tool.face, apart)
+
+
+def _seems_cut(plane: Mirror, mesh: Mesh, tool: Tool) -> bool:
+    """Whether candidates and their images are as far from the tool: its image would then meet all that it meets."""
+    x = mesh.nodes[mesh.boundary_nodes(*tool.candidates)]
+    gap, image = (tool.face.distance(points).gap for points in (x, plane.images(x)))
+    return max_abs(gap - image) <= plane.roundoff
 
 
 def _turns_in(plane: Mirror, turn: Turn | None) -> bool:

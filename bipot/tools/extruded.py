@@ -128,8 +128,8 @@ class Extruded(Surface):
         """The plane in space that the prism of a straight is."""
         if not isinstance(self.section, Plane):
             return None
-        point = np.array(self.point) + self.section.point @ self._axes
-        return Plane(tuple(point.tolist()), tuple((self.section.normal @ self._axes).tolist()))
+        point, normal = np.array(self.point) + self.section.point @ self._axes, self.section.normal @ self._axes
+        return Plane(tuple(point.tolist()), tuple((normal / norm(normal)).tolist()))
 
     @property
     def _along(self) -> Floats:
