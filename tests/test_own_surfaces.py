@@ -119,14 +119,15 @@ def test_one_whose_methods_agree_is_taken(centre):
     assert pressed(Own(centre, 1.5)).tools[0].face.centre == centre
 
 
-def test_one_that_does_not_know_itself_in_a_plane_of_symmetry_is_refused():
-    """Its mirror image met all that it met, and half of the force was given as the whole."""
+@pytest.mark.parametrize(("known", "x"), [(False, 0.0), (True, 0.5)])
+def test_one_that_is_wrong_of_itself_in_a_plane_of_symmetry_is_refused(known, x):
+    """Half of the force was given as the whole, as the image met all that it met; or twice that of one beside."""
 
-    class Denied(Circle):
+    class Wrong(Circle):
         def mirrored(self, normal, position, roundoff):
-            return False
+            return known
 
-    scene = pressed(Denied((0.0, 2.5), 1.5))
+    scene = pressed(Wrong((x, 2.5), 1.5))
     with pytest.raises(SceneError, match=r"tools\[0\].surface = .*: must be its own mirror image in x_0 = 0"):
         replace(scene, supports=(Symmetry("left", 0), Support("base", 1)))
 
