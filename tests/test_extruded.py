@@ -71,6 +71,40 @@ def test_a_prism_is_its_own_image_across_it_and_where_its_section_is():
         assert image.same(surface, 1e-12) == (normal is along)
 
 
+@pytest.mark.parametrize("name", SECTIONS)
+@pytest.mark.parametrize("placed", [PLACED, OBLIQUE])
+def test_a_prism_is_the_same_in_whatever_directions_its_section_is_given(name, placed):
+    """Turned by 36.87 degrees, from another place, and left-handed; a section that is turned alone is another."""
+    surface, angle = Extruded(SECTIONS[name], **placed), np.arctan2(0.8, 0.6)
+    half = (-np.sin(angle / 2), np.cos(angle / 2))
+    turned = surface.section.image((0.0, 1.0), 0.0).image(half, 0.0)
+    moved = turned.image((1.0, 0.0), 0.0).image((1.0, 0.0), 0.25)
+    (one, two), along = (np.array([surface.first, surface.second]), np.cross(surface.first, surface.second))
+    first, second = 0.6 * one - 0.8 * two, 0.8 * one + 0.6 * two
+    point = np.array(surface.point) - 0.5 * first + 0.7 * along
+    other = Extruded(moved, tuple(point), tuple(first), tuple(second))
+    np.testing.assert_allclose(other.distance(AT).gap, surface.distance(AT).gap, atol=1e-13)
+    mirrored = Extruded(moved.image((1.0, 0.0), 0.0), other.point, tuple(-first), other.second)
+    for same in (other, mirrored):
+        assert same.same(surface, 1e-12)
+        assert surface.same(same, 1e-12)
+    assert not replace(surface, section=moved).same(surface, 1e-12)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Union((Extruded(PUNCH), Extruded(Circle((0.0, 4.0), 1.0)))),
+        lambda: Extruded(Plane((0.0, 1.0), (0.0, -1.0)), first=(0.6, 0.8, 0.0)),
+    ],
+)
+def test_prisms_that_a_plane_of_symmetry_cuts_give_the_force_on_the_whole_body(make):
+    """A union of prisms, and a plane whose section is oblique to both planes: it was a half and a quarter of that."""
+    _, solid = scenes()
+    tool = replace(solid.tools[0], surface=make())
+    assert all(plane.cuts(tool) for plane in solid.planes)
+
+
 def scenes():
     """A half of a block under a punch in plane strain, and a slice of the same in space."""
     material = VonMises(Elasticity(70e3, 0.33), Linear(100.0, 300.0))

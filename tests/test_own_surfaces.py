@@ -1,5 +1,7 @@
 """Surfaces of a user's own: what their methods say of each other has to agree, or the scene is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support
+from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Distance
@@ -115,6 +117,19 @@ def test_one_whose_methods_agree_is_taken(centre):
         """A surface that the library does not know."""
 
     assert pressed(Own(centre, 1.5)).tools[0].face.centre == centre
+
+
+@pytest.mark.parametrize(("known", "x"), [(False, 0.0), (True, 0.5)])
+def test_one_that_is_wrong_of_itself_in_a_plane_of_symmetry_is_refused(known, x):
+    """Half of the force was given as the whole, as the image met all that it met; or twice that of one beside."""
+
+    class Wrong(Circle):
+        def mirrored(self, normal, position, roundoff):
+            return known
+
+    scene = pressed(Wrong((x, 2.5), 1.5))
+    with pytest.raises(SceneError, match=r"tools\[0\].surface = .*: must be its own mirror image in x_0 = 0"):
+        replace(scene, supports=(Symmetry("left", 0), Support("base", 1)))
 
 
 @pytest.mark.parametrize("radius", [1e6, 1e10, 1e12])

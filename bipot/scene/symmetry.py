@@ -40,6 +40,9 @@ PLANAR = 1e-9
 MEANT = 1e3
 """A tool that is its own mirror image, or ends in its plane, to this many times the round-off was meant to do so."""
 
+TOLD = 1e-8
+"""Over the numbers whose difference a gap is: so much larger than that is what can be told of a mirror image."""
+
 
 @dataclass(frozen=True)
 class Mirror:
@@ -138,9 +141,9 @@ def require_mirrored(
 
     Raises:
         SceneError: half a tool, which ends in a plane; a tool that is its own mirror image but for a little more than
-            round-off; a tool cut by a plane that travels off it, or turns about another direction than its normal; a
-            tool whose mirror image is in the modelled part; a body force along the normal of a plane, or a point force
-            in the plane along it.
+            round-off, or as far as candidates tell though its surface denies it, or not though it says so; a tool cut
+            by a plane that travels off it, or turns about another direction than its normal; a tool whose mirror image
+            is in the modelled part; a body force along the normal of a plane, or a point force in the plane along it.
     """
     for plane in planes:
         for k, tool in enumerate(tools):
@@ -159,7 +162,10 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     own = (
         f"its own mirror image in {plane.words} to {plane.roundoff:.2g}, as it is to {near.roundoff:.2g}, or not nearly"
     )
-    require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
+    off, alike = _unlike(plane, mesh, tool)
+    require(cut or not (near.cuts(tool) or off <= plane.roundoff), f"{label}.surface", tool.face, own)
+    said = f"its own mirror image in {plane.words}, as its methods say: gaps of candidates and their images differ"
+    require(not cut or off <= max(near.roundoff, alike), f"{label}.surface", tool.face, said)
     d = named(plane.normal)
     halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
     require(not cut or tool.goes_across(np.array(plane.normal)), f"{label}.travel", tool.travel, halves)
@@ -170,6 +176,17 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
     apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
     require(depth <= plane.roundoff, label, tool.face, apart)
+
+
+def _unlike(plane: Mirror, mesh: Mesh, tool: Tool) -> tuple[float, float]:
+    """By how much gaps of candidates and their images differ, and to what they are told in numbers of their size.
+
+    Where they do not, the tool's mirror image meets all that it meets.
+    """
+    x = mesh.nodes[mesh.boundary_nodes(*tool.candidates)]
+    image, rest = plane.images(x), np.zeros(mesh.dimension)
+    largest = float(np.max(tool.face.size(np.concatenate([x, image]), rest)))
+    return max_abs(tool.face.distance(x).gap - tool.face.distance(image).gap), TOLD * largest
 
 
 def _turns_in(plane: Mirror, turn: Turn | None) -> bool:

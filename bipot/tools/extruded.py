@@ -13,8 +13,9 @@ import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.paths import require_components, vector
+from bipot.tensors import norm
 from bipot.tools.plane import leftwards
-from bipot.tools.surfaces import ACROSS, Distance, Surface, Tips, direction, reflected
+from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, reflected
 from bipot.typing import Bools, Floats, Vector
 
 STATIONS = np.array([-1.0, 0.0, 1.0])
@@ -88,30 +89,29 @@ class Extruded(Surface):
         """As :meth:`bipot.tools.surfaces.Surface.beyond`."""
         return self.section.beyond(self._place(x))
 
-    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.mirrored`: in planes across it, and in those of its section."""
-        s, t = (self._axes @ np.array(normal)).tolist()
-        if max(abs(s), abs(t)) <= ACROSS:
-            return True
-        upright = abs(float(np.hypot(s, t)) - 1) <= ACROSS
-        return upright and self.section.mirrored((s, t), position - float(np.dot(self.point, normal)), roundoff)
-
     def image(self, normal: Vector, position: float) -> Extruded:
         """As :meth:`bipot.tools.surfaces.Surface.image`."""
         ways = (reflected(way, normal, 0.0) for way in (self.first, self.second))
         return Extruded(self.section, reflected(self.point, normal, position), *ways)
 
     def same(self, other: Surface, roundoff: float) -> bool:
-        """As :meth:`bipot.tools.surfaces.Surface.same`; other directions of the section's coordinates are another."""
-        if not isinstance(other, Extruded) or np.abs(self._axes - other._axes).max() > ACROSS:
+        """As :meth:`bipot.tools.surfaces.Surface.same`, in whatever directions each gives its section; planes as such.
+
+        Its mirror images in planes across it, and in those of a symmetric section, are itself.
+        """
+        if not isinstance(other, Extruded):
             return False
-        off = float(np.abs(self._axes @ np.subtract(other.point, self.point)).max())
-        return off <= roundoff and self.section.same(other.section, roundoff)
+        one, two = self._flat, other._flat
+        if one is not None and two is not None:
+            return one.same(two, roundoff)
+        if float(norm(np.cross(self._along, other._along))) > ACROSS:
+            return False
+        turn, apart = self._axes @ other._axes.T, self._axes @ np.subtract(other.point, self.point)
+        return self.section.same(_seen(other.section, turn, apart), roundoff)
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
         """As :meth:`bipot.tools.surfaces.Surface.lines`: sections, and straights between them."""
-        along = np.cross(self.first, self.second)
-        beside = float(np.subtract(middle, self.point) @ along)
+        beside = float(np.subtract(middle, self.point) @ self._along)
         out = list[Floats]()
         for line in self.section.lines(self._place(middle), reach):
             sections = self.straights(line, beside + reach * STATIONS).reshape(len(STATIONS), -1, 3)
@@ -120,8 +120,21 @@ class Extruded(Surface):
 
     def straights(self, points: Floats, along: Floats = STATIONS) -> Floats:
         """Places (k n, 3) on the straights through ``points`` (n, 2) of the section, ``along`` (k,) the prism."""
-        way = np.cross(self.first, self.second)
-        return (np.array(self.point) + points @ self._axes + np.multiply.outer(along, way)[:, None]).reshape(-1, 3)
+        ways = np.multiply.outer(along, self._along)
+        return (np.array(self.point) + points @ self._axes + ways[:, None]).reshape(-1, 3)
+
+    @property
+    def _flat(self) -> Plane | None:
+        """The plane in space that the prism of a straight is."""
+        if not isinstance(self.section, Plane):
+            return None
+        point, normal = np.array(self.point) + self.section.point @ self._axes, self.section.normal @ self._axes
+        return Plane(tuple(point.tolist()), tuple((normal / norm(normal)).tolist()))
+
+    @property
+    def _along(self) -> Floats:
+        """The direction (3,) of the prism."""
+        return np.cross(self.first, self.second)
 
     @cached_property
     def _axes(self) -> Floats:
@@ -131,3 +144,17 @@ class Extruded(Surface):
     def _place(self, x: Floats) -> Floats:
         """Coordinates (…, 2) of points x (…, 3) in the plane of the section."""
         return np.asarray((x - np.array(self.point)) @ self._axes.T)
+
+
+def _seen(section: Surface, turn: Floats, apart: Floats) -> Surface:
+    """A section in other coordinates: at turn x + ``apart`` (2,), by reflections that make up the ``turn`` (2, 2)."""
+    if np.linalg.det(turn) > 0:
+        section, turn = section.image((1.0, 0.0), 0.0), turn * (-1.0, 1.0)
+    # It is a reflection by now, 1 - 2 m m'.
+    across = np.eye(2) - turn
+    way = across[:, np.argmax(norm(across))]
+    section = section.image(tuple((way / norm(way)).tolist()), 0.0)
+    if (far := float(norm(apart))) > 0:
+        along = tuple((apart / far).tolist())
+        section = section.image(along, 0.0).image(along, far / 2)
+    return section
