@@ -8,14 +8,19 @@ import pytest
 from bipot.control.course import Course
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
+from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
 from bipot.laws.hardening import Perfect
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.sections import block
 from bipot.paper import as_written, upsetting
 from bipot.paths import Amplitude
 from bipot.scene.loads import BodyForce, Pressure, Traction
-from bipot.scene.supports import Symmetry
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Symmetry
 from bipot.tensors import equivalent_stress
 from bipot.tools.poses import Force
 from tests.scenes import bar, refused, scene, tool
@@ -196,3 +201,14 @@ def away(pressed):
 def test_every_state_of_a_march_is_a_start(marched, control):
     for accepted in march(marched, Schedule(20), control):
         march(marched, Schedule(20), control, accepted.state)
+
+
+@pytest.mark.parametrize("configuration", list(Configuration))
+def test_a_march_of_any_strain_goes_on_from_its_course(configuration):
+    """By small strains a block that is pulled to nine times its height all but loses the volume of its nodes."""
+    sides = (Symmetry("left", 0), Symmetry("base", 1), Prescribed("top", 1, 2.0))
+    material = Elastic(Elasticity(1e3, 0.45))
+    scene = Scene(block(1.0, 1.0, 1, 1), Geometry.PLANE_STRAIN, material, sides, (), configuration=configuration)
+    whole = list(march(scene, Schedule(5), Control(Newton())))
+    (rest,) = march(scene, Schedule(5), Control(Newton()), start=whole[-2].course)
+    np.testing.assert_array_equal(rest.state.nodes, whole[-1].state.nodes)
