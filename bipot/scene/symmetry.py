@@ -163,7 +163,9 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
         f"its own mirror image in {plane.words} to {plane.roundoff:.2g}, as it is to {near.roundoff:.2g}, or not nearly"
     )
     off, alike = _unlike(plane, mesh, tool)
-    require(cut or not (near.cuts(tool) or off <= plane.roundoff), f"{label}.surface", tool.face, own)
+    # Of a tool so far off that its gaps say nothing of the body's places it is not known.
+    denies = off <= plane.roundoff and alike <= mesh.size
+    require(cut or not (near.cuts(tool) or denies), f"{label}.surface", tool.face, own)
     said = f"its own mirror image in {plane.words}, as its methods say: gaps of candidates and their images differ"
     require(not cut or off <= max(near.roundoff, alike), f"{label}.surface", tool.face, said)
     d = named(plane.normal)
