@@ -10,8 +10,8 @@ from bipot.certificate import contact_gaps, law_residual
 from bipot.laws.coulomb import Status, cone_violation, friction_gap, limit, limit_slope, natural_map, status
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.pieces import Pieces
+from tests.newton_models import newton
 from tests.test_certificate import certified, contact_fields, material_fields
-from tests.test_newton_step import newton
 
 INF = np.inf
 LAWS = [(0.3, 1.0), (2.0, 0.5), (INF, 0.7), (0.3, 0.0), (0.0, 1.0)]

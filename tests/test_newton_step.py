@@ -15,55 +15,10 @@ from bipot.programs import frames
 from bipot.programs import newton as newton_step
 from bipot.programs.data import ContactRows
 from bipot.programs.frames import Frames
-from bipot.programs.newton import Linearised, Model, minimised
+from bipot.programs.newton import Model, minimised
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Deadband, Pieces
-
-
-def rows_of(
-    G_n: np.ndarray, G_t: np.ndarray, gap: np.ndarray, slip: np.ndarray, mu: float, tied: bool = False
-) -> ContactRows:
-    c = len(gap)
-    return ContactRows(
-        sp.csr_matrix(G_n),
-        gap,
-        sp.csr_matrix(G_t),
-        slip.reshape(c, -1),
-        np.arange(c),
-        np.full(c, np.inf if tied else mu),
-        np.full(c, np.inf),
-        np.full(c, tied),
-    )
-
-
-def newton(
-    K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10, sparse: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
-    """Full Newton steps on K x = F + G' r from rest, with all entries of K stored or only those that are not zero."""
-    stored = sp.csc_matrix(K)
-    pattern, data = Pattern.of(*_csc(K)), K.T.ravel()
-    if sparse:
-        pattern, data = Pattern.of(stored.indices, stored.indptr), stored.data
-    held = Frames.of(rows, pattern)
-    x, r = np.zeros(len(F)), np.zeros((rows.count, 1 + rows.tangents))
-    scale = np.full(rows.count, K.diagonal().max())
-    for _ in range(steps):
-        pieces = Pieces.of(rows, rows.motion(x), r, scale)
-        miss = pieces.value(rows.motion(x), r)
-        dx, r = Linearised.of(pattern.by_row(data), held, pieces).step(K @ x - F, miss, r)
-        x = x + dx
-    return x, r
-
-
-def _csc(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The full pattern of a dense matrix, by columns."""
-    n = len(K)
-    return np.tile(np.arange(n, dtype=np.int32), n), np.arange(0, n * n + 1, n, dtype=np.int32)
-
-
-def turned(angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])
+from tests.newton_models import csc, newton, rows_of, turned
 
 
 @pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7])
@@ -232,7 +187,7 @@ def test_frames_agree_with_the_rows() -> None:
     G_n[1, 4] = -1.0
     rows = rows_of(G_n, G_t, rng.normal(size=2), rng.normal(size=2), 0.2).take(np.array([True, True]))
     rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.cap, rows.tied)
-    pattern = Pattern.of(*_csc(np.zeros((5, 5))))
+    pattern = Pattern.of(*csc(np.zeros((5, 5))))
     held = Frames.of(rows, pattern)
     r = np.array([[1.0, -0.3], [2.0, 0.0]])
     np.testing.assert_allclose(held.reaction(rows.forces(r)), r, atol=1e-14)
@@ -252,7 +207,7 @@ def test_a_contact_of_two_nodes_with_other_neighbours_borders_the_matrix() -> No
 
 def test_a_contact_that_is_dragged_where_its_frame_has_turned_owns_nothing() -> None:
     """Where the tangent comes to lie along what a support holds, no equilibrium determines the friction."""
-    gap, slip, pattern = np.zeros(1), np.array([0.1]), Pattern.of(*_csc(np.zeros((2, 2))))
+    gap, slip, pattern = np.zeros(1), np.array([0.1]), Pattern.of(*csc(np.zeros((2, 2))))
     rows, along = (
         rows_of(np.array([n]), np.array([t]), gap, slip, 0.3) for n, t in (((1, 0), (0, 1)), ((1, 0), (0, 0)))
     )
@@ -279,7 +234,7 @@ def test_forces_that_border_the_matrix_give_the_step_of_forces_that_are_eliminat
     own = newton(K, F, rows)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(frames, "DEPENDENT", np.inf)
-        assert Frames.of(rows, Pattern.of(*_csc(K))).border is not None
+        assert Frames.of(rows, Pattern.of(*csc(K))).border is not None
         bordered = newton(K, F, rows)
     for ours, theirs in zip(bordered, own, strict=True):
         np.testing.assert_allclose(ours, theirs, atol=1e-9)
@@ -303,7 +258,7 @@ def test_contacts_that_share_unknowns_meet_the_law(G_n: np.ndarray, G_t: np.ndar
     """K x = F + G' r, and the natural map of r and motion vanishes: nothing else is asked."""
     c, F = len(G_n), np.array([-2.0, -1.0, 0.7])
     rows = rows_of(G_n, G_t, np.full(c, 0.1), np.zeros(c), mu)
-    assert Frames.of(rows, Pattern.of(*_csc(BESIDE))).border is not None
+    assert Frames.of(rows, Pattern.of(*csc(BESIDE))).border is not None
     x, r = newton(BESIDE, F, rows, 30)
     np.testing.assert_allclose(BESIDE @ x, F + rows.forces(r), atol=1e-10)
     np.testing.assert_allclose(natural_map(r, rows.motion(x), mu, 1.0), 0.0, atol=1e-10)

@@ -107,9 +107,9 @@ class CarriedFlow:
             return vdot(weight, across**2) > TURNED**2 * vdot(weight, size**2)
         if float((weight * size)[across <= TURNED * size].sum()) >= REMAINING * vdot(weight, size):
             return False
-        return not solved.landed.size and strain_of(increment) >= FOLLOWED * yielded_strain(
-            increment.system, turned=False
-        )
+        if solved.landed.size:
+            return False
+        return strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class ReasonKind(Enum):
     CUT = "cut"
     """The increment was halved."""
     ACCURACY = "accuracy"
-    """Shortened because its estimated error was above the accuracy."""
+    """Shortened because its estimated error was above the accuracy, or a face landed just before it was to end."""
     LANDING = "landing"
     """Cut to where a node lands."""
     ALMOST = "almost"

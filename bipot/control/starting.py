@@ -29,6 +29,7 @@ PLACED = 1e-9
 """Distance (over the body size) of nodes from the positions given by supports and stored gaps: round-off."""
 
 RELEASED = "begin with the loads and supports that the body is under, or release it in a scene without tools before"
+"""What to do where loads or supports have been taken off a body that no tool presses."""
 
 VOLUMES = 10.0
 """Factor between volumes that errors of finite increments do not reach, and other units exceed: of areas, too."""

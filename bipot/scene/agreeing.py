@@ -17,8 +17,8 @@ from bipot.typing import Floats, max_abs
 ALIKE = 1e-6
 """Over distances and the extent of the candidates: places that differ by less are the same."""
 
-ROUND_OFF = 1e-8
-"""Over the numbers whose difference a gap is: so much larger than that is what can be told of a surface."""
+TOLD = 1e-8
+"""Over the numbers whose difference a gap is: what is larger than that can be told of a surface."""
 
 OFF, ALONG = 1e-3, 1e-5
 """How far from where they are, and along the surface, candidates are tried, over their extent."""
@@ -38,7 +38,7 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
         return found
     x, normal = x[outside], found.normal[outside]
     moved = np.full(x.shape[1], OFF * extent)
-    extent = extent + ROUND_OFF * float(np.max(surface.size(x, moved)))
+    extent = extent + TOLD * float(np.max(surface.size(x, moved)))
     given, own = surface.gap(x, moved), surface.distance(x - moved).gap
     _require_close(given, own, extent, field + ".gap", "that of distance(x - moved)")
     x = x + OFF * extent * normal

@@ -25,6 +25,7 @@ import numpy as np
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
+from bipot.scene.agreeing import TOLD
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
@@ -39,9 +40,6 @@ PLANAR = 1e-9
 
 MEANT = 1e3
 """A tool that is its own mirror image, or ends in its plane, to this many times the round-off was meant to do so."""
-
-TOLD = 1e-8
-"""Over the numbers whose difference a gap is: so much larger than that is what can be told of a mirror image."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +163,9 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     off, alike = _unlike(plane, mesh, tool)
     # Of a tool so far off that its gaps say nothing of the body's places it is not known.
     denies = off <= plane.roundoff and alike <= mesh.size
-    require(cut or not (near.cuts(tool) or denies), f"{label}.surface", tool.face, own)
+    require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
+    told = f"its own mirror image in {plane.words}, as far as gaps of candidates and of their images tell, or unlike it"
+    require(cut or not denies, f"{label}.surface", tool.face, told)
     said = f"its own mirror image in {plane.words}, as its methods say: gaps of candidates and their images differ"
     require(not cut or off <= max(near.roundoff, alike), f"{label}.surface", tool.face, said)
     d = named(plane.normal)
