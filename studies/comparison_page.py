@@ -59,6 +59,7 @@ TABLES: dict[str, Callable[[Path], str]] = {
     "total_front": tabled(total_tables.of_fronts),
     "total_same_mesh": tabled(total_tables.of_same_mesh),
     "total_stopped": tabled(total_tables.of_stopped),
+    "domed": tabled(comparison_tables.of_domed),
 }
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,

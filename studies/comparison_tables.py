@@ -6,9 +6,9 @@ import math
 from pathlib import Path
 
 from studies import penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
-from studies.accuracy import paced
+from studies.accuracy import domed, paced
 from studies.speed_jobs import Knob
-from studies.tables import Value, read_csv
+from studies.tables import Value, read_csv, read_rows
 
 Line = dict[str, Value]
 Made = tuple[list[str], list[list[str]]]
@@ -168,6 +168,17 @@ def of_paced(results: Path) -> Made:
         cells = [brief(line[name], 2 if "error" in name else 3) for name in names]
         rows.append([str(line["scene"]), f"{line['accuracy']:g}", *cells])
     return head, rows
+
+
+def of_domed(results: Path) -> Made:
+    """Forces of both programs on the domed punch, and how far ours is from the other."""
+    rows = read_rows(results / f"{domed.NAME}.csv", domed.Row)
+    head = ["mu", "a side", *(f"travel of {100 * mark:g} %" for mark in domed.MARKS)]
+    lines = dict[tuple[float, int], list[str]]()
+    for row in rows:
+        cells = lines.setdefault((row.mu, row.elements), [f"{row.mu:g}", str(row.elements)])
+        cells.append(f"{row.own_force_N:.0f}, {row.foreign_force_N:.0f} ({100 * row.difference:+.2f} %)")
+    return head, list(lines.values())
 
 
 def _penalties(results: Path) -> list[Line]:

@@ -46,7 +46,7 @@ def test_the_deck_holds_the_scene():
     assert (len(bodies), len(punch)) == (21, 4)
     assert max(float(line.split(",")[1]) for line in bodies) == 5
     assert [len(cells) for cells in cards(text, "ELEMENT")] == [4, 1]
-    assert cards(text, "PLASTIC") == [["300, 0.", "300, 10"]]
+    assert cards(text, "PLASTIC") == [["300, 0", "300, 10"]]
     assert cards(text, "SURFACE BEHAVIOR") == [["840000"]]
     assert cards(text, "FRICTION") == [["0.1, 84000"]]
     assert sorted(cards(text, "SURFACE")[0]) == ["2, S3", "4, S2", "4, S3"]

@@ -72,4 +72,4 @@ class BlockDeck(Deck):
                 for side, corners in enumerate(SIDES, 1):
                     if frozenset(cell[k] for k in corners) in wanted:
                         yield f"{number}, S{side}"
-        yield f"*SURFACE, NAME=MASTER\n{len(mesh.elements) + 1}, S1"
+        yield from self._master(mesh)

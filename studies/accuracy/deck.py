@@ -26,7 +26,7 @@ PUNCH, HOLE, OUTSIDE = "PUNCH", 0.001, 2.0
 """Name of the punch's nodes; its inner radius over the cylinder's, and its outer one."""
 
 STRAIN = 10.0
-"""Equivalent plastic strain to which the flat curve is given: more than any point reaches."""
+"""Equivalent plastic strain to which the curve, which is straight, is given: more than any point reaches."""
 
 QUADRATIC = ("CAX8", "CAX8R")
 
@@ -52,6 +52,11 @@ class Deck:
     def scene(self) -> Scene:
         """What is calculated."""
         return upsetting(mu=self.mu)
+
+    @property
+    def facets(self) -> int:
+        """Of the punch."""
+        return 1
 
     def force(self, total: Sequence[float]) -> float:
         """On the whole punch, from the ``total`` (3,) that is printed of its nodes."""
@@ -82,11 +87,11 @@ class Deck:
     def _law(self, mesh: Mesh) -> Iterator[str]:
         """Materials and contact."""
         scene, height = self.scene(), float(mesh.nodes[:, -1].max())
-        bulk = scene.material
-        stress = float(bulk.yield_stress(np.zeros(1))[0])
+        bulk, strains = scene.material, np.array([0.0, STRAIN])
         penalty = self.stiffness * bulk.elasticity.young * self.elements / height
         yield f"*MATERIAL, NAME=BODY\n*ELASTIC\n{bulk.elasticity.young:.12g}, {bulk.elasticity.poisson:.12g}"
-        yield f"*PLASTIC\n{stress:.12g}, 0.\n{stress:.12g}, {STRAIN:g}"
+        yield "*PLASTIC"
+        yield from (f"{y:.12g}, {p:g}" for y, p in zip(bulk.yield_stress(strains), strains, strict=True))
         yield f"*MATERIAL, NAME=TOOL\n*ELASTIC\n{bulk.elasticity.young:.12g}, {bulk.elasticity.poisson:.12g}"
         yield "*SOLID SECTION, ELSET=BODY, MATERIAL=BODY\n*SOLID SECTION, ELSET=TOOL, MATERIAL=TOOL"
         yield "*SURFACE INTERACTION, NAME=LAW"
@@ -97,7 +102,7 @@ class Deck:
         yield f"*CONTACT PAIR, INTERACTION=LAW, TYPE={self.contact}\nSLAVE, MASTER"
 
     def _slave(self, mesh: Mesh) -> Iterator[str]:
-        """What may touch the punch, by nodes or by faces of elements; and the punch's lower face."""
+        """What may touch the punch, by nodes or by faces of elements; and what it may touch."""
         upper = self._upper(mesh, ("top", "side"))
         if self.contact == NODES:
             yield "*SURFACE, NAME=SLAVE, TYPE=NODE"
@@ -105,10 +110,15 @@ class Deck:
         else:
             yield "*SURFACE, NAME=SLAVE"
             yield from _faces(mesh, upper[:, [0, -1]])
-        yield f"*SURFACE, NAME=MASTER\n{len(mesh.elements) + 1}, S1"
+        yield from self._master(mesh)
+
+    def _master(self, mesh: Mesh) -> Iterator[str]:
+        """The punch's lower face."""
+        yield "*SURFACE, NAME=MASTER"
+        yield from (f"{len(mesh.elements) + k}, S1" for k in range(1, self.facets + 1))
 
     def _punch(self, mesh: Mesh) -> Iterator[str]:
-        """One element."""
+        """Its elements, as many as it has facets: one."""
         (radius, half), first = mesh.nodes.max(axis=0), len(mesh.nodes) + 1
         inner, outer = HOLE * radius, OUTSIDE * radius
         yield f"*NODE, NSET={PUNCH}"

@@ -174,6 +174,13 @@ def _fine(results: Results, schedule: str, column: str) -> float:
     return results.one("total", column, mu=0.1, program="bipot", **fine)
 
 
+def _by_friction(results: Results) -> float:
+    """How far the force on the domed punch at mu = 0.3 is above that without friction, finest mesh, end of travel."""
+    found = {"elements": 10.0, "travel": 0.4}
+    smooth, rough = (results.one("domed", "own_force_N", mu=mu, **found) for mu in (0.0, 0.3))
+    return rough / smooth - 1
+
+
 QUOTED = Quoted(
     values={
         "above_the_line": _above_the_line,
@@ -203,6 +210,8 @@ QUOTED = Quoted(
         "fine_40": lambda results: percent(_fine(results, "40 increments", "force_error"), 1),
         "fine_40_increments": lambda results: digits(_fine(results, "40 increments", "increments"), 4),
         "fine_accuracy": lambda results: percent(_fine(results, "accuracy 0.001", "force_error"), 1),
+        "domed": lambda results: percent(max(map(abs, results.column("domed", "difference"))), 1),
+        "domed_friction": lambda results: percent(_by_friction(results)),
         "fine_accuracy_increments": lambda results: digits(_fine(results, "accuracy 0.001", "increments"), 4),
     },
     claims={
