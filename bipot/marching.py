@@ -101,7 +101,8 @@ class Shared:
 
     def attempt(self, increment: Increment, largest: float, sparing: bool = False, halves: bool = False) -> Attempt:
         """Try the increment, or give up early if it is to be halved instead: see :func:`attempt_increment`."""
-        return attempt_increment(increment, self.control, self.cache, largest, self.observe, sparing, halves)
+        options = sparing, halves, self.pacer is not None
+        return attempt_increment(increment, self.control, self.cache, largest, self.observe, *options)
 
 
 def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[Accepted]:

@@ -15,6 +15,7 @@ from bipot.certificate import EPS
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
+from bipot.control.yielding import is_past_yield
 from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
 from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
@@ -37,18 +38,25 @@ def attempt_increment(
     observe: Observer = unobserved,
     sparing: bool = False,
     halves: bool = False,
+    staged: bool = False,
 ) -> Attempt:
     """Try the increment with the forms in turn, as often as :mod:`bipot.control.carrying` changes the flow carried on.
 
     With ``sparing`` the dissipation program is left out after a form that strayed, but not after one that is not suited
     or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
     found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
-    all forms are tried once, and with other flow the first such solution ends it. For ``largest`` see
+    all forms are tried once, and with other flow the first such solution ends it. An increment from rest that goes past
+    first yield is ``staged``: it carries on the flow of its own first half. For ``largest`` see
     :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
     refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
-    return carry_on(increment, partial(forms.solve, increment), refused, control.integration is Integration.BDF2)
+    second = control.integration is Integration.BDF2
+    halved = None
+    if second and staged and increment.start.length == 0 and is_past_yield(increment):
+        half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
+        halved = partial(forms.solve, half, increment.start, None)
+    return carry_on(increment, partial(forms.solve, increment), refused, second, halved)
 
 
 @dataclass

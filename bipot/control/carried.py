@@ -41,7 +41,8 @@ class CarriedFlow:
     """The flow carried on: the last one times a(``ratio``) at the points ``on`` (e, q).
 
     ``wrong`` counts earlier ratios that the material did not confirm; ``found`` says that the ratio was measured on a
-    solution by backward Euler.
+    solution by backward Euler. ``within`` is one where the last flow is that of the increment's own first half, which
+    is carried on whole besides a, and zero otherwise.
     """
 
     last: Flow
@@ -49,6 +50,7 @@ class CarriedFlow:
     on: Bools
     wrong: int = 0
     found: bool = False
+    within: float = 0.0
 
     @staticmethod
     def guess(increment: Increment) -> CarriedFlow | None:
@@ -62,10 +64,17 @@ class CarriedFlow:
         ratio = (increment.tau - state.tau) / increment.past.length
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
+    @staticmethod
+    def of_half(half: Near) -> CarriedFlow:
+        """That of the first ``half`` of an increment, as if the second flowed as much."""
+        returned, kin = half.response.returned, half.response.kinematics
+        flow = Flow(kin.turned_back(returned.plastic_strain), returned.dpeeq)
+        return CarriedFlow(flow, 1.0, np.asarray(flow.strain.any(axis=-1)), within=1.0)
+
     @property
     def fraction(self) -> Floats:
-        """a (e, q), zero where nothing is carried."""
-        return np.where(self.on, fraction(self.ratio), 0.0)
+        """a (e, q) and what is ``within``, zero where nothing is carried."""
+        return np.where(self.on, self.within + fraction(self.ratio), 0.0)
 
     def is_wrong(self, ratio: float) -> bool:
         """Whether this carries too much or too little if the flow continues by the measured ``ratio``."""
@@ -103,7 +112,7 @@ class CarriedFlow:
         flow, square = flowed + self.fraction[..., None] * last, np.vecdot(last, last)
         along = np.divide(np.vecdot(flow, last), square, out=np.zeros_like(square), where=square > 0)
         size, across = norm(flow), norm(flow - along[..., None] * last)
-        if increment.past.turns:
+        if increment.past.turns and not self.within:
             return vdot(weight, across**2) > TURNED**2 * vdot(weight, size**2)
         if float((weight * size)[across <= TURNED * size].sum()) >= REMAINING * vdot(weight, size):
             return False
@@ -142,4 +151,5 @@ class Flowed:
         continued = max(vdot(weight * going, onwards + a * square), 0.0)
         if not continued > 0:
             return Flowed(stopped, 0.0, 0.0)
-        return Flowed(stopped, *(continued / vdot(weight * points, square) for points in (going, carried.on)))
+        ratios = (continued / vdot(weight * points, square) - carried.within for points in (going, carried.on))
+        return Flowed(stopped, *ratios)

@@ -25,6 +25,10 @@ than the last one: sum_q w |de_p - P de_p|^2 > TURNED^2 sum_q w |de_p|^2, P the 
 a landing, as of a whole face, has turned nearly all of the flow before the increment, unless that is so short that it
 resolves how the stress follows.
 
+An increment from rest has no last flow: where an accuracy chooses increments, it carries on that of its own first half,
+which is attempted beforehand and need not be converged beyond HALF. With it the stages are those of TR-BDF2: the first
+half by backward Euler, and the second with its flow carried on.
+
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
 there. The accepted solution is converged and measured again.
@@ -45,7 +49,7 @@ import numpy as np
 
 from bipot.control.carried import CarriedFlow, Flowed
 from bipot.control.reason import Reason, ReasonKind
-from bipot.errors import UnsuitedForm
+from bipot.errors import InvertedElement, NotConverged, UnsuitedForm
 from bipot.forms import FormName
 from bipot.increment import Leave, Near, Solved
 from bipot.iterate import Increment
@@ -62,6 +66,9 @@ ROUGH = 1e-5
 A point whose flow is dropped too early never takes it up again. Where many points reverse, a value ten times larger
 lets two forms, whose iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification).
 """
+
+HALF = 1e-3
+"""Error, as ROUGH, up to which the first half of an increment is solved: of its flow that is all that is needed."""
 
 EARLY, MARGIN = 1e-2, 200.0
 """Up to the error EARLY an iterate shows which points stop, if each is clear of the limit by MARGIN times the error.
@@ -110,10 +117,21 @@ Objection = Callable[[Solved], Reason | None]
 """Says why a solution is not accepted; None if it is accepted."""
 
 
-def carry_on(increment: Increment, solve: Solve, refused: Objection, second: bool) -> Attempt:
+Halved = Callable[[Leave], Attempt]
+"""Attempts the first half of an increment, from its start."""
+
+
+def carry_on(
+    increment: Increment,
+    solve: Solve,
+    refused: Objection,
+    second: bool,
+    halved: Callable[[Leave], Attempt] | None = None,
+) -> Attempt:
     """Attempt the increment, with the last flow carried on if ``second`` (order two), otherwise without.
 
-    The attempt returned has the passes and the failures of all attempts.
+    With ``halved`` its own first half is attempted beforehand for that flow. The attempt returned has the passes and the
+    failures of all attempts.
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None
@@ -121,6 +139,10 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
     carried = CarriedFlow.guess(increment) if second else None
     # Rates change where the path turns, and a body whose motion reverses is elastic at first: the last flow misleads.
     unknown = increment.past.turns
+    if halved is not None:
+        tried.append(halved(lambda _, error: error <= HALF))
+        if (half := tried[-1].solved or tried[-1].left) is not None:
+            carried, near, unknown = CarriedFlow.of_half(half), _doubled(increment, half), False
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
             tried.append(_without(state, solve, refused, None))
@@ -154,6 +176,14 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
         dropped = Reason(ReasonKind.FLOW, f"flow not carried on: {why.said}", measures=why.measures)
         tried[-1] = tried[-1].failed(dropped)
     return _joined([*tried, _without(state, solve, refused, near)])
+
+
+def _doubled(increment: Increment, half: Near) -> Near | None:
+    """Twice as far as the first ``half`` of the increment goes, None where that is inadmissible."""
+    try:
+        return Near(increment.at(2 * half.response.x), half.r)
+    except (InvertedElement, NotConverged):
+        return None
 
 
 def _turned(system: System, carried: CarriedFlow, near: Near, error: float) -> bool:

@@ -8,6 +8,7 @@ It is a fraction of the force,
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so the difference of their
   powers is of order two in the increment, like the error of the flow carried on. In space the work of friction is added
   to that of strain in the denominator: where friction does the work, the small rest that strain does means nothing.
+  In an increment from rest it says how far backward Euler would be off, which its first half has cured: it is left out.
 * S is the mean of |de|^2/12 over the body: the difference of the midpoint strain from the logarithmic one,
   2 tanh(x/2) = x - x^3/12 + ... Where less than SMALL of the body takes the work, as in a stem on a block or beneath a
   punch in a large body, S is the mean weighted by the work. The part of the body that takes the work is
@@ -66,7 +67,7 @@ from bipot.response import State
 from bipot.scene.symmetry import own_share
 from bipot.typing import Floats, vdot
 
-GATHERED = 2.5
+GATHERED = 2.0
 """The sum of the errors that increments leave, over the error of one."""
 
 TURNED = 1.6e-3
@@ -109,7 +110,7 @@ class _Terms:
     @property
     def missed(self) -> float:
         """|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|), with the work of friction in space."""
-        if not self._taken > 0:
+        if not self._taken > 0 or self.start.length == 0:
             return 0.0
         difference = np.vecdot(self._euler - self._stress, self._kin.strain)
         return abs(vdot(self._kin.volume, difference)) / 2 / (self._taken + self._lag.friction)

@@ -16,9 +16,10 @@ most GROWTH times that. Its strain is how far tools and supports go from each ot
 over the body's extent. The strain by a load that changes is not known, a tool that turns may only roll, and a curved
 one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. If flow begins
 in one, the next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of
-1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
-yield has the smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. Where a path ends or turns
-sooner, or the yield strain is so large that an increment may not be so long, many short ones follow yielding.
+1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. One from rest that passes first yield
+carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a tenth or so of the accuracy.
+Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones
+follow yielding.
 """
 
 from __future__ import annotations
@@ -56,8 +57,8 @@ BDF2 is stable below 1 + sqrt(2).
 REFUSED, TRIES = 3.0, 3
 """An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
 
-FINER, USUAL = 0.12, 1e-3
-"""Errors of landings and of first yield are of lower order: the length goes with (accuracy/USUAL)^FINER, besides the
+FINER, USUAL = 0.08, 1e-3
+"""Errors of landings are of lower order: the length goes with (accuracy/USUAL)^FINER, besides the
 root of the accuracy."""
 
 SLACK = 0.25 + 1e-9
@@ -77,8 +78,8 @@ passes than QUICK the next increment is not longer than the last."""
 
 
 def begins_flow(start: State, solved: Solved) -> bool:
-    """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
-    return flows(solved) and solved.response.state is start
+    """Whether there is flow in the increment ``solved`` from ``start``, at rest or with none that was carried on."""
+    return flows(solved) and (solved.response.state is start or start.length == 0)
 
 
 def lands_a_face(solved: Solved) -> bool:

@@ -104,6 +104,11 @@ class Kinematics(Gradients):
         """A tensor (e, q, s) of the increment's start turned with the body to its end."""
         return tensor if self._whole is None else CLOSED_FORMS[self.reduction.dimension].turn(tensor, self._whole)
 
+    def turned_back(self, tensor: Floats) -> Floats:
+        """A tensor (e, q, s) of the increment's end turned back to its start."""
+        forms = CLOSED_FORMS[self.reduction.dimension]
+        return tensor if self._whole is None else forms.turn(tensor, forms.back(self._whole))
+
     @cached_property
     def _whole(self) -> Floats | None:
         """The whole rotation, in the same form as :attr:`half`; None if nothing rotates."""

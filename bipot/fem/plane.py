@@ -94,6 +94,12 @@ def twice(half: Floats) -> Floats:
     return np.stack([c * c - s * s, 2 * c * s])
 
 
+def back(rotation: Floats) -> Floats:
+    """The inverse of a rotation."""
+    c, s = rotation
+    return np.stack([c, -s])
+
+
 def strain_by_gradient(
     reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: float
 ) -> Floats:

@@ -71,6 +71,11 @@ def twice(half: Floats) -> Floats:
     return half @ half
 
 
+def back(rotation: Floats) -> Floats:
+    """The inverse of a rotation."""
+    return rotation.swapaxes(-1, -2)
+
+
 def strain_by_gradient(
     reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: float
 ) -> Floats:

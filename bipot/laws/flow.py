@@ -9,6 +9,9 @@ continues the last flow by the fraction a, at fixed strain, before the increment
 
     sigma* = sigma_n - 2 G a de_p0,    e_p* = e_p + a de_p0,    p* = p + a dp_0.
 
+Where there is no increment before, its own first half may stand for it: with de_ph the flow of that half, solved by
+backward Euler, de_p = (1 + a) de_ph + gamma n, rho the ratio of the flows of the halves.
+
 The increment from that state is an ordinary one: the same convex programs, return map, tangent and certificate.
 The law is rate-independent: rho is the ratio of the flows themselves, measured by :mod:`bipot.control.carrying`.
 """
