@@ -31,11 +31,15 @@ from bipot.typing import Floats, max_abs, vdot
 
 @dataclass(frozen=True)
 class Increment:
-    """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share."""
+    """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share.
+
+    Where flow is carried on into it, ``accepted`` is the state before, whose stress is in balance with its loads.
+    """
 
     system: System
     start: State
     tau: float
+    accepted: State | None = None
 
     @cached_property
     def rows(self) -> ContactRows:
@@ -95,7 +99,7 @@ class Increment:
     @cached_property
     def loads(self) -> LoadChange:
         """The change of the loads in the increment."""
-        return LoadChange(self.system, self.start, self.tau)
+        return LoadChange(self.system, self.accepted or self.start, self.tau)
 
     @cached_property
     def reach(self) -> float:

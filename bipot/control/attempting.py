@@ -46,14 +46,15 @@ def attempt_increment(
     or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
     found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
     all forms are tried once, and with other flow the first such solution ends it. An increment from rest that goes past
-    first yield is ``staged``: it carries on the flow of its own first half. For ``largest`` see
+    first yield under loads that last is ``staged``: it carries on the flow of its own first half. For ``largest`` see
     :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
     refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
     second = control.integration is Integration.BDF2
     halved = None
-    if second and staged and increment.start.length == 0 and is_past_yield(increment):
+    begins = increment.start.length == 0 and is_past_yield(increment) and not increment.loads.changes
+    if second and staged and begins:
         half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
         halved = partial(forms.solve, half, increment.start, None)
     return carry_on(increment, partial(forms.solve, increment), refused, second, halved)
@@ -84,7 +85,8 @@ class _Forms:
 
     def solve(self, increment: Increment, begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
         """The attempt at the ``increment`` from the state ``begun`` (:data:`bipot.control.carrying.Solve`)."""
-        increment, limits, count = replace(increment, start=begun), self.control.limits, _Counted(self.observe)
+        limits, count = self.control.limits, _Counted(self.observe)
+        increment = replace(increment, start=begun, accepted=increment.start)
         failures, strayed, spared = list[Reason](), False, False
         last: Exception | None = None
         inadmissible: Exception | None = None

@@ -94,8 +94,8 @@ class CarriedFlow:
 
         Where the path turns, the guess by lengths in pseudo-time means nothing, even if the measured ratio is near it.
         """
-        nothing = replace(self, ratio=0.0)
-        ratio = Flowed.of(increment.system, nothing, euler).overall
+        nothing = replace(self, ratio=0.0, within=0.0)
+        ratio = Flowed.of(increment.system, nothing, euler).overall - self.within
         if not nothing.is_wrong(ratio) or nothing.misleads(increment, euler):
             return None
         measured = increment.past.turns or self.is_wrong(ratio)

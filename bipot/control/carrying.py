@@ -130,8 +130,8 @@ def carry_on(
 ) -> Attempt:
     """Attempt the increment, with the last flow carried on if ``second`` (order two), otherwise without.
 
-    With ``halved`` its own first half is attempted beforehand for that flow. The attempt returned has the passes and the
-    failures of all attempts.
+    With ``halved`` its own first half is attempted beforehand for that flow. The attempt returned has the passes and
+    the failures of all attempts.
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None

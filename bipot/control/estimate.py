@@ -73,7 +73,7 @@ GATHERED = 2.0
 TURNED = 1.6e-3
 """Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
 
-UNEVEN = 0.4
+UNEVEN = 0.5
 """Factor of the variance of the first increment of peeq. The change of force by shorter ones, over the variance, is
 0.3 to 1.4 in upset cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, with ten times the variance.
 """
@@ -218,7 +218,8 @@ class _Terms:
     @property
     def _uneven(self) -> float:
         """T of a first increment: by how unevenly it strains the body."""
-        weight, flowed = self._weight, self.solved.response.returned.dpeeq
+        weight, response = self._weight, self.solved.response
+        flowed = response.returned.dpeeq + response.state.peeq - self.start.peeq
         return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
     @cached_property
@@ -263,7 +264,9 @@ class _Terms:
     @property
     def _dissipated(self) -> float:
         """The part of sum_q w |sigma : de| that is dissipated by new plastic flow."""
-        strains = self._kin.strain, self.solved.response.returned.plastic_strain
+        response = self.solved.response
+        carried = self._kin.turned(response.state.plastic_strain - self.start.plastic_strain)
+        strains = self._kin.strain, response.returned.plastic_strain + carried
         taken, flowed = (vdot(self._kin.volume, np.abs(np.vecdot(self._stress, strain))) for strain in strains)
         return min(flowed / taken, 1.0) if taken > 0 else 0.0
 
