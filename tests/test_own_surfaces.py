@@ -16,7 +16,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
 from bipot.tools.revolved import Revolved
-from bipot.tools.surfaces import Distance
+from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import ShapedTool
 
 
@@ -79,6 +79,13 @@ class Still(Circle):
         return 0 * super().passed(x, by)
 
 
+class Chord(Circle):
+    """The gap grows along the normal where points come from, as on a straight."""
+
+    def passed(self, x, by):
+        return np.vecdot(frames(self.distance(x).normal), by[..., None, :])
+
+
 class Mirrored(Circle):
     """Arcs are measured the other way."""
 
@@ -100,7 +107,8 @@ class Stopped(Revolved):
         (Inward, r"surface.distance = 'normal': must be the gradient of the gap, a distance"),
         (Squared, r"surface.distance = 'normal': must be the gradient of the gap, a distance"),
         (Backwards, r"surface.gap = '.*': must be that of distance\(x - moved\)"),
-        (Short, r"surface.passed = '.*': must be finite, of shape \(\d+, 2\)"),
+        (Chord, r"surface.passed = '.*': must be the growth of the gap"),
+        (Short, r"surface.passed = '.*': must be an array \(1, 5, 2\) of numbers, for points \(1, 5, 2\)"),
         (Still, r"surface.passed = '.*': must be the growth of the gap"),
         (Mirrored, r"surface.passed = '.*': must be the growth of the arc along \(n_y, -n_x\)"),
     ],
@@ -155,3 +163,38 @@ def test_what_is_no_surface_hears_what_it_lacks():
 
     with pytest.raises(SceneError, match=r"must be a Surface; it has no gap, size, passed, crossed, tips, beyond"):
         ShapedTool(Half(), (0.0, -1.0), ("top",), 0.1)
+
+
+def test_a_growth_of_gaps_that_is_right_for_short_ways_only_is_refused():
+    """A tool of radius 20 that slid by 2 left gaps of 0.016 where they were 0.009, and did 14 % more work."""
+    with pytest.raises(SceneError, match=r"surface.passed = 'off by 0.02.*': must be the growth of the gap"):
+        pressed(Chord((0.7, 21.0), 20.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("size", 3.0),
+        ("size", np.full(5, np.inf)),
+        ("size", None),
+        ("gap", [1.0] * 5),
+        ("crossed", False),
+        ("crossed", np.zeros((5, 2), dtype=bool)),
+        ("beyond", np.zeros(5)),
+        ("tips", None),
+        ("tips", Tips([[0.5, 2.5]], [1.5], 3.0)),
+        ("tips", Tips(np.zeros((1, 2)), np.zeros(2), 3.0)),
+        ("tips", Tips(np.empty((0, 2)), np.empty(0), np.nan)),
+    ],
+)
+def test_what_a_method_gives_is_an_array_of_the_right_kind(name, said):
+    """These were errors of numpy's, in the scene or amid a march."""
+    kind = type("Own", (Circle,), {name: lambda *_: said})
+    with pytest.raises(SceneError, match=rf"tools\[0\].surface.{name} = .*: must be"):
+        pressed(kind((0.5, 2.5), 1.5))
+
+
+def test_a_surface_that_lacks_a_method_cannot_be_made():
+    """It inherited one that gives None."""
+    with pytest.raises(TypeError, match="abstract method"):
+        type("Own", (Surface,), {"distance": Circle.distance})()

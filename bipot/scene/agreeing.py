@@ -2,7 +2,8 @@
 
 The gap is a distance and the normal its gradient exactly where the foot x - g n of every point off the surface lies on
 it. An increment adds up what :meth:`~bipot.tools.surfaces.Surface.passed` says, so a wrong growth of gap or arc would
-be a wrong answer whose certificate does not show it.
+be a wrong answer whose certificate does not show it. A gap that grows as the normal says is right for short ways only:
+points also go as far as the candidates extend.
 """
 
 from __future__ import annotations
@@ -33,13 +34,14 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
     ``field`` names the surface.
     """
     found, extent = _finite_distance(surface, x, field), max_abs(x - x.mean(axis=0))
+    moved = np.full(x.shape[1], OFF * extent)
+    extent = extent + TOLD * float(np.max(_size(surface, x, moved, field)))
     outside = found.gap > -ALIKE * extent
     if not outside.any():
         return found
     x, normal = x[outside], found.normal[outside]
-    moved = np.full(x.shape[1], OFF * extent)
-    extent = extent + TOLD * float(np.max(surface.size(x, moved)))
-    given, own = surface.gap(x, moved), surface.distance(x - moved).gap
+    own = surface.distance(x - moved).gap
+    given = _numbers(surface.gap(x[None], moved), x[None], (), f"{field}.gap")[0]
     _require_close(given, own, extent, field + ".gap", "that of distance(x - moved)")
     x = x + OFF * extent * normal
     gap, normal, curvature = _finite_distance(surface, x, field)
@@ -47,12 +49,27 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
     right = bool((astray <= ALIKE * (np.abs(gap) + extent)).all() and (gap > 0).any())
     require(right, f"{field}.distance", "normal", "the gradient of the gap, a distance: x - gap normal on the surface")
     off = gap > 0
-    x, gap, normal, curvature = x[off], gap[off], normal[off], curvature[off]
-    grown = _passed(surface, x, -gap[:, None] / 2 * normal, field)[:, 0]
-    _require_close(grown, -gap / 2, gap + extent, f"{field}.passed", "the growth of the gap of points x that move by")
+    x, found_off = x[off], Distance(gap[off], normal[off], curvature[off])
+    _require_growing(surface, x, found_off, extent, field)
     if x.shape[1] == 2:
-        _require_arcs(surface, x, Distance(gap, normal, curvature), ALONG * extent, field)
+        _require_arcs(surface, x, found_off, ALONG * extent, field)
     return found
+
+
+def _size(surface: Surface, x: Floats, moved: Floats, field: str) -> Floats:
+    """The surface's size (a,) at points x (a, d); raises SceneError where what it says of them is no array (a,)."""
+    for name, said in (("beyond", surface.beyond(x)), ("crossed", surface.crossed(x, np.zeros_like(x)))):
+        _require_shape(said, x, (), "b", f"{field}.{name}")
+    return _numbers(surface.size(x, moved), x, (), f"{field}.size")
+
+
+def _require_growing(surface: Surface, x: Floats, found: Distance, extent: float, field: str) -> None:
+    """Require that gaps grow by their difference as points x (a, d) go towards the surface, and far along it."""
+    tangents, towards = frames(found.normal)[:, 1:].sum(axis=1), -found.gap[:, None] / 2 * found.normal
+    for by in (towards, extent * (found.normal + tangents), extent * (found.normal - tangents)):
+        grown, own = _passed(surface, x, by, field)[:, 0], surface.distance(x + by).gap - found.gap
+        allowed = "the growth of the gap of points x that move by"
+        _require_close(grown, own, found.gap + extent, f"{field}.passed", allowed)
 
 
 def _require_arcs(surface: Surface, x: Floats, found: Distance, way: float, field: str) -> None:
@@ -64,27 +81,37 @@ def _require_arcs(surface: Surface, x: Floats, found: Distance, way: float, fiel
 
 def _require_close(given: Floats, own: Floats, lengths: Floats | float, field: str, allowed: str) -> None:
     """Require values (a,) that differ from their ``own`` by round-off of the ``lengths``."""
-    require(np.shape(given) == own.shape, field, f"of shape {np.shape(given)}", f"of shape {own.shape}")
     off = np.abs(given - own)
     require(bool((off <= ALIKE * lengths).all()), field, f"off by {np.max(off):.2g}", allowed)
 
 
 def _passed(surface: Surface, x: Floats, by: Floats, field: str) -> Floats:
     """What points x (a, d) that move ``by`` (a, d) pass, (a, 2), in space (a, 1)."""
-    grown, shape = np.asarray(surface.passed(x, by)), (len(x), 2 if x.shape[1] == 2 else 1)
-    right = grown.shape == shape and bool(np.isfinite(grown).all())
-    require(right, f"{field}.passed", f"of shape {grown.shape}", f"finite, of shape {shape}")
-    return grown
+    return _numbers(surface.passed(x[None], by[None]), x[None], (2 if x.shape[1] == 2 else 1,), f"{field}.passed")[0]
 
 
 def _finite_distance(surface: Surface, x: Floats, field: str) -> Distance:
     """The surface's distance of points x (a, d); raises SceneError if it is not finite or has another shape."""
-    found = surface.distance(x)
+    found, d = surface.distance(x[None]), x.shape[1]
     require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
-    shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)
-    for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
-        good = np.shape(value) == shape and bool(np.isfinite(value).all())
-        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
+    inner, label = ((), (d,), (3, 3) if d == 3 else ()), f"{field}.distance"
+    parts = zip(Distance._fields, found, inner, strict=True)
+    found = Distance(*(_numbers(part, x[None], shape, f"{label}: {name}")[0] for name, part, shape in parts))
     off = max_abs(norm(found.normal) - 1)
-    require(off < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {off:.2g}")
+    require(off < 1e-9, label, "normal", f"of length one, not off by {off:.2g}")
     return found
+
+
+def _numbers(value: Floats, x: Floats, inner: tuple[int, ...], field: str) -> Floats:
+    """``value``, an array (…, inner) of points x (…, d); raises SceneError unless it is one, of finite numbers."""
+    _require_shape(value, x, inner, "fiu", field)
+    require(bool(np.isfinite(value).all()), field, "NaN or infinite", "finite at the candidates and near them")
+    return value
+
+
+def _require_shape(value: object, x: Floats, inner: tuple[int, ...], kinds: str, field: str) -> None:
+    """Require an array (…, inner) for points x (…, d), whose numbers are of these ``kinds`` of numpy's."""
+    shape, words = (*x.shape[:-1], *inner), "numbers" if "f" in kinds else "True and False"
+    found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
+    right = isinstance(value, np.ndarray) and value.shape == shape and value.dtype.kind in kinds
+    require(right, field, found, f"an array {shape} of {words}, for points {x.shape}")
