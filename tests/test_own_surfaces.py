@@ -165,10 +165,25 @@ def test_what_is_no_surface_hears_what_it_lacks():
         ShapedTool(Half(), (0.0, -1.0), ("top",), 0.1)
 
 
+@pytest.mark.parametrize("radius", [20.0, 200.0])
+def test_a_normal_that_is_off_by_less_than_a_degree_is_refused(radius):
+    """Feet of points near the surface are off it by the square of that: 2.5 degrees passed."""
+    with pytest.raises(SceneError, match=r"surface.distance = 'normal': must be the gradient of the gap"):
+        pressed(Tilted((0.7, 1.0 + radius), radius))
+
+
 def test_a_growth_of_gaps_that_is_right_for_short_ways_only_is_refused():
     """A tool of radius 20 that slid by 2 left gaps of 0.016 where they were 0.009, and did 14 % more work."""
     with pytest.raises(SceneError, match=r"surface.passed = 'off by 0.02.*': must be the growth of the gap"):
         pressed(Chord((0.7, 21.0), 20.0))
+
+
+def test_a_tool_that_begins_in_all_of_its_candidates_is_held_to_the_same():
+    """Such a one was not looked at."""
+    assert pressed(Circle((0.7, 200.994), 200.0)).tools[0].face.distance(np.array([2.0, 1.0])).gap < 0
+    for kind in (Chord, Tilted, Still):
+        with pytest.raises(SceneError, match=r"tools\[0\].surface.* must be the (growth|gradient) of the gap"):
+            pressed(kind((0.7, 200.994), 200.0))
 
 
 @pytest.mark.parametrize(

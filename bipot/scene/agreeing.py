@@ -24,6 +24,12 @@ TOLD = 1e-8
 OFF, ALONG = 1e-3, 1e-5
 """How far from where they are, and along the surface, candidates are tried, over their extent."""
 
+SHALLOW = 0.01
+"""Depth over the extent of the candidates from which, where all are in the tool at rest, they are brought out of it."""
+
+STEEP = 1e-3
+"""Growth of the gap across the normal, over the way: an angle between the normal and the gradient."""
+
 ARCS = 0.01
 """Deviation of the growth of an arc from its derivative that the curvature of a line explains, over the way."""
 
@@ -36,17 +42,17 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
     found, extent = _finite_distance(surface, x, field), max_abs(x - x.mean(axis=0))
     moved = np.full(x.shape[1], OFF * extent)
     extent = extent + TOLD * float(np.max(_size(surface, x, moved, field)))
-    outside = found.gap > -ALIKE * extent
-    if not outside.any():
+    x, normal = _outside(surface, x, found, extent, field)
+    if not len(x):
         return found
-    x, normal = x[outside], found.normal[outside]
     own = surface.distance(x - moved).gap
     given = _numbers(surface.gap(x[None], moved), x[None], (), f"{field}.gap")[0]
     _require_close(given, own, extent, field + ".gap", "that of distance(x - moved)")
     x = x + OFF * extent * normal
     gap, normal, curvature = _finite_distance(surface, x, field)
     astray = np.abs(surface.distance(x - gap[:, None] * normal).gap)
-    right = bool((astray <= ALIKE * (np.abs(gap) + extent)).all() and (gap > 0).any())
+    steep = _slope(surface, x, normal, OFF * extent)
+    right = bool((astray <= ALIKE * (np.abs(gap) + extent)).all() and (gap > 0).any() and steep <= STEEP)
     require(right, f"{field}.distance", "normal", "the gradient of the gap, a distance: x - gap normal on the surface")
     off = gap > 0
     x, found_off = x[off], Distance(gap[off], normal[off], curvature[off])
@@ -56,11 +62,29 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
     return found
 
 
+def _outside(surface: Surface, x: Floats, found: Distance, extent: float, field: str) -> tuple[Floats, Floats]:
+    """Those of points x (a, d) that are not in the tool, and normals; where all are, those that leave it soonest."""
+    if (found.gap <= -ALIKE * extent).all():
+        shallow = found.gap > -SHALLOW * extent
+        x = (x - found.gap[:, None] * found.normal)[shallow]
+        # What leaves one of two parts that overlap may be in the other.
+        found = _finite_distance(surface, x, field)
+    outside = found.gap > -ALIKE * extent
+    return x[outside], found.normal[outside]
+
+
 def _size(surface: Surface, x: Floats, moved: Floats, field: str) -> Floats:
     """The surface's size (a,) at points x (a, d); raises SceneError where what it says of them is no array (a,)."""
     for name, said in (("beyond", surface.beyond(x)), ("crossed", surface.crossed(x, np.zeros_like(x)))):
         _require_shape(said, x, (), "b", f"{field}.{name}")
     return _numbers(surface.size(x, moved), x, (), f"{field}.size")
+
+
+def _slope(surface: Surface, x: Floats, normal: Floats, way: float) -> float:
+    """How steep the gap is across the normals of points x (a, d), within this ``way``; the median, as at ARCS."""
+    tangents = way * np.moveaxis(frames(normal)[:, 1:], 1, 0)
+    ahead, behind = (surface.distance(x + sign * tangents).gap for sign in (1, -1))
+    return float(np.median(np.abs(ahead - behind).max(axis=0))) / (2 * way)
 
 
 def _require_growing(surface: Surface, x: Floats, found: Distance, extent: float, field: str) -> None:
