@@ -39,6 +39,13 @@ def pulled(length: float = 1.0, mpa: float = 1.0) -> Scene:
     return Scene(mesh, Geometry.PLANE_STRAIN, steel(mpa), CLAMPED, loads=loads)
 
 
+def wide() -> Scene:
+    """A wider one that hardens by a part in 66 of its stiffness."""
+    mesh, soft = block(1.4, 1.0, 4, 4, element=Element.Q4), VonMises(Elasticity(92e3, 0.3), Linear(100.0, 1400.0))
+    loads = (Traction("top", (-3.4, 121.4), THERE_AND_BACK),)
+    return Scene(mesh, Geometry.PLANE_STRAIN, soft, CLAMPED, loads=loads)
+
+
 def squeezed(driven: bool) -> Scene:
     """A clamped block under a lid: a force presses it, or it hardly moves while tractions pull the block's side."""
     if driven:
@@ -56,10 +63,12 @@ def ends(scene: Scene, accuracy: float = ACCURACY) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    "scene", [pulled(), squeezed(driven=True), squeezed(driven=False)], ids=["alone", "force", "rest"]
+    ("scene", "times"),
+    [(pulled(), 4), (wide(), 6), (squeezed(driven=True), 4), (squeezed(driven=False), 4)],
+    ids=["alone", "wide", "force", "rest"],
 )
-def test_what_loads_displace_errs_by_what_was_asked(scene):
-    """Beside a march with each increment in three parts."""
+def test_what_loads_displace_errs_by_what_was_asked(scene, times):
+    """Some times that, beside a march with each increment in three parts: more the less the body hardens."""
     taus = [0.0, *ends(scene)]
     parts = [tau for pair in pairwise(taus) for tau in np.linspace(*pair, 4)[1:].tolist()]
     sides = [scene.mesh.boundary_nodes(name) for name in ("top", "right")]
@@ -70,7 +79,7 @@ def test_what_loads_displace_errs_by_what_was_asked(scene):
         return np.reshape(found, (len(steps), -1))
 
     own, fine = moved(Schedule(accuracy=ACCURACY)), moved(Schedule(1, landings=tuple(parts[:-1])))
-    assert np.abs(own - fine[2::3]).max() < 4 * ACCURACY * np.abs(fine).max()
+    assert np.abs(own - fine[2::3]).max() < times * ACCURACY * np.abs(fine).max()
     assert 10 < len(own) < 60
 
 

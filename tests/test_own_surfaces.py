@@ -16,7 +16,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
 from bipot.tools.revolved import Revolved
-from bipot.tools.surfaces import Distance
+from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import ShapedTool
 
 
@@ -79,11 +79,26 @@ class Still(Circle):
         return 0 * super().passed(x, by)
 
 
+class Chord(Circle):
+    """The gap grows along the normal where points come from, as on a straight."""
+
+    def passed(self, x, by):
+        return np.vecdot(frames(self.distance(x).normal), by[..., None, :])
+
+
 class Mirrored(Circle):
     """Arcs are measured the other way."""
 
     def passed(self, x, by):
         return super().passed(x, by) * (1, -1)
+
+
+class Straight(Circle):
+    """The line of equal gaps is said to be straight."""
+
+    def distance(self, x):
+        found = super().distance(x)
+        return found._replace(curvature=0 * found.curvature)
 
 
 class Stopped(Revolved):
@@ -100,7 +115,9 @@ class Stopped(Revolved):
         (Inward, r"surface.distance = 'normal': must be the gradient of the gap, a distance"),
         (Squared, r"surface.distance = 'normal': must be the gradient of the gap, a distance"),
         (Backwards, r"surface.gap = '.*': must be that of distance\(x - moved\)"),
-        (Short, r"surface.passed = '.*': must be finite, of shape \(\d+, 2\)"),
+        (Straight, r"surface.distance = 'curvature': must be the derivative of the normal, not off by 0.3"),
+        (Chord, r"surface.passed = '.*': must be the growth of the gap"),
+        (Short, r"surface.passed = '.*': must be an array \(1, 5, 2\) of numbers, for points \(1, 5, 2\)"),
         (Still, r"surface.passed = '.*': must be the growth of the gap"),
         (Mirrored, r"surface.passed = '.*': must be the growth of the arc along \(n_y, -n_x\)"),
     ],
@@ -139,11 +156,18 @@ def test_a_roll_that_is_nearly_flat_is_taken(radius):
     assert pressed(Circle(beside, radius)).tools[0].face.radius == radius
 
 
-def test_a_surface_in_space_is_held_to_the_same():
-    mesh, meridian = brick(2.0, 2.0, 1.0, 2, 2, 1), Circle((0.0, 0.0), 1.5)
-    pressed(Revolved(meridian, (1.0, 1.0, 2.5), (0.0, 0.0, 1.0)), mesh)
-    with pytest.raises(SceneError, match=r"surface.passed = '.*': must be the growth of the gap"):
-        pressed(Stopped(meridian, (1.0, 1.0, 2.5), (0.0, 0.0, 1.0)), mesh)
+@pytest.mark.parametrize(
+    ("kind", "meridian", "message"),
+    [
+        (Stopped, Circle, r"surface.passed = '.*': must be the growth of the gap"),
+        (Revolved, Straight, r"surface.distance = 'curvature': must be the derivative of the normal"),
+    ],
+)
+def test_a_surface_in_space_is_held_to_the_same(kind, meridian, message):
+    mesh, at = brick(2.0, 2.0, 1.0, 2, 2, 1), ((1.0, 1.0, 2.5), (0.0, 0.0, 1.0))
+    pressed(Revolved(Circle((0.0, 0.0), 1.5), *at), mesh)
+    with pytest.raises(SceneError, match=message):
+        pressed(kind(meridian((0.0, 0.0), 1.5), *at), mesh)
 
 
 def test_what_is_no_surface_hears_what_it_lacks():
@@ -155,3 +179,53 @@ def test_what_is_no_surface_hears_what_it_lacks():
 
     with pytest.raises(SceneError, match=r"must be a Surface; it has no gap, size, passed, crossed, tips, beyond"):
         ShapedTool(Half(), (0.0, -1.0), ("top",), 0.1)
+
+
+@pytest.mark.parametrize("radius", [20.0, 200.0])
+def test_a_normal_that_is_off_by_less_than_a_degree_is_refused(radius):
+    """Feet of points near the surface are off it by the square of that: 2.5 degrees passed."""
+    with pytest.raises(SceneError, match=r"surface.distance = 'normal': must be the gradient of the gap"):
+        pressed(Tilted((0.7, 1.0 + radius), radius))
+
+
+def test_a_growth_of_gaps_that_is_right_for_short_ways_only_is_refused():
+    """A tool of radius 20 that slid by 2 left gaps of 0.016 where they were 0.009, and did 14 % more work."""
+    with pytest.raises(SceneError, match=r"surface.passed = 'off by 0.02.*': must be the growth of the gap"):
+        pressed(Chord((0.7, 21.0), 20.0))
+
+
+def test_a_tool_that_begins_in_all_of_its_candidates_is_held_to_the_same():
+    """Such a one was not looked at."""
+    assert pressed(Circle((0.7, 200.994), 200.0)).tools[0].face.distance(np.array([2.0, 1.0])).gap < 0
+    for kind in (Chord, Tilted, Still):
+        with pytest.raises(SceneError, match=r"tools\[0\].surface.* must be the (growth|gradient) of the gap"):
+            pressed(kind((0.7, 200.994), 200.0))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("size", 3.0),
+        ("size", np.full(5, np.inf)),
+        ("size", None),
+        ("gap", [1.0] * 5),
+        ("crossed", False),
+        ("crossed", np.zeros((5, 2), dtype=bool)),
+        ("beyond", np.zeros(5)),
+        ("tips", None),
+        ("tips", Tips([[0.5, 2.5]], [1.5], 3.0)),
+        ("tips", Tips(np.zeros((1, 2)), np.zeros(2), 3.0)),
+        ("tips", Tips(np.empty((0, 2)), np.empty(0), np.nan)),
+    ],
+)
+def test_what_a_method_gives_is_an_array_of_the_right_kind(name, said):
+    """These were errors of numpy's, in the scene or amid a march."""
+    kind = type("Own", (Circle,), {name: lambda *_: said})
+    with pytest.raises(SceneError, match=rf"tools\[0\].surface.{name} = .*: must be"):
+        pressed(kind((0.5, 2.5), 1.5))
+
+
+def test_a_surface_that_lacks_a_method_cannot_be_made():
+    """It inherited one that gives None."""
+    with pytest.raises(TypeError, match="abstract method"):
+        type("Own", (Surface,), {"distance": Circle.distance})()

@@ -2,7 +2,8 @@
 
 The gap is a distance and the normal its gradient exactly where the foot x - g n of every point off the surface lies on
 it. An increment adds up what :meth:`~bipot.tools.surfaces.Surface.passed` says, so a wrong growth of gap or arc would
-be a wrong answer whose certificate does not show it.
+be a wrong answer whose certificate does not show it. A gap that grows as the normal says is right for short ways only:
+points also go as far as the candidates extend.
 """
 
 from __future__ import annotations
@@ -20,11 +21,17 @@ ALIKE = 1e-6
 TOLD = 1e-8
 """Over the numbers whose difference a gap is: what is larger than that can be told of a surface."""
 
-OFF, ALONG = 1e-3, 1e-5
-"""How far from where they are, and along the surface, candidates are tried, over their extent."""
+OFF, BESIDE, ALONG = 1e-3, 1e-4, 1e-5
+"""How far from where they are, beside there, and along the surface, candidates are tried, over their extent."""
+
+SHALLOW = 0.01
+"""Depth over the extent of the candidates from which, where all are in the tool at rest, they are brought out of it."""
+
+STEEP = 1e-3
+"""Growth of the gap across the normal, over the way: an angle between the normal and the gradient."""
 
 ARCS = 0.01
-"""Deviation of the growth of an arc from its derivative that the curvature of a line explains, over the way."""
+"""Deviation of the growth of an arc, over the way, or of normals, over their change, from its derivative there."""
 
 
 def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
@@ -33,26 +40,73 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
     ``field`` names the surface.
     """
     found, extent = _finite_distance(surface, x, field), max_abs(x - x.mean(axis=0))
-    outside = found.gap > -ALIKE * extent
-    if not outside.any():
-        return found
-    x, normal = x[outside], found.normal[outside]
     moved = np.full(x.shape[1], OFF * extent)
-    extent = extent + TOLD * float(np.max(surface.size(x, moved)))
-    given, own = surface.gap(x, moved), surface.distance(x - moved).gap
+    extent = extent + TOLD * float(np.max(_size(surface, x, moved, field)))
+    x, normal = _outside(surface, x, found, extent, field)
+    if not len(x):
+        return found
+    own = surface.distance(x - moved).gap
+    given = _numbers(surface.gap(x[None], moved), x[None], (), f"{field}.gap")[0]
     _require_close(given, own, extent, field + ".gap", "that of distance(x - moved)")
     x = x + OFF * extent * normal
     gap, normal, curvature = _finite_distance(surface, x, field)
     astray = np.abs(surface.distance(x - gap[:, None] * normal).gap)
-    right = bool((astray <= ALIKE * (np.abs(gap) + extent)).all() and (gap > 0).any())
+    steep, bent = _beside(surface, x, normal, BESIDE * extent)
+    right = bool((astray <= ALIKE * (np.abs(gap) + extent)).all() and (gap > 0).any() and steep <= STEEP)
     require(right, f"{field}.distance", "normal", "the gradient of the gap, a distance: x - gap normal on the surface")
     off = gap > 0
-    x, gap, normal, curvature = x[off], gap[off], normal[off], curvature[off]
-    grown = _passed(surface, x, -gap[:, None] / 2 * normal, field)[:, 0]
-    _require_close(grown, -gap / 2, gap + extent, f"{field}.passed", "the growth of the gap of points x that move by")
+    x, near = x[off], Distance(gap[off], normal[off], curvature[off])
+    _require_curved(near, bent[off], extent, field)
+    _require_growing(surface, x, near, extent, field)
     if x.shape[1] == 2:
-        _require_arcs(surface, x, Distance(gap, normal, curvature), ALONG * extent, field)
+        _require_arcs(surface, x, near, ALONG * extent, field)
     return found
+
+
+def _outside(surface: Surface, x: Floats, found: Distance, extent: float, field: str) -> tuple[Floats, Floats]:
+    """Those of points x (a, d) that are not in the tool, and normals; where all are, those that leave it soonest."""
+    if (found.gap <= -ALIKE * extent).all():
+        shallow = found.gap > -SHALLOW * extent
+        x = (x - found.gap[:, None] * found.normal)[shallow]
+        # What leaves one of two parts that overlap may be in the other.
+        found = _finite_distance(surface, x, field)
+    outside = found.gap > -ALIKE * extent
+    return x[outside], found.normal[outside]
+
+
+def _size(surface: Surface, x: Floats, moved: Floats, field: str) -> Floats:
+    """The surface's size (a,) at points x (a, d); raises SceneError where what it says of them is no array (a,)."""
+    for name, said in (("beyond", surface.beyond(x)), ("crossed", surface.crossed(x, np.zeros_like(x)))):
+        _require_shape(said, x, (), "b", f"{field}.{name}")
+    return _numbers(surface.size(x, moved), x, (), f"{field}.size")
+
+
+def _beside(surface: Surface, x: Floats, normal: Floats, way: float) -> tuple[float, Floats]:
+    """How steep the gap is across the normals of points x (a, d), and how normals change along tangents, (a, k, d).
+
+    It is the median of the points, as at ARCS, within this ``way``.
+    """
+    tangents = way * frames(normal)[:, 1:]
+    ahead, behind = (surface.distance(x[:, None] + sign * tangents) for sign in (1, -1))
+    steep = float(np.median(np.abs(ahead.gap - behind.gap).max(axis=1))) / (2 * way)
+    return steep, (ahead.normal - behind.normal) / (2 * way)
+
+
+def _require_curved(found: Distance, bent: Floats, extent: float, field: str) -> None:
+    """Require curvatures that say how normals are ``bent`` (a, k, d) along tangents, but at points between pieces."""
+    tangents, c = frames(found.normal)[:, 1:], found.curvature
+    own = tangents @ c if c.ndim == 3 else c[:, None, None] * tangents
+    off = float(np.median(norm(own - bent).max(axis=1) / (1 / extent + norm(bent).max(axis=1))))
+    require(off <= ARCS, f"{field}.distance", "curvature", f"the derivative of the normal, not off by {off:.2g} of it")
+
+
+def _require_growing(surface: Surface, x: Floats, found: Distance, extent: float, field: str) -> None:
+    """Require that gaps grow by their difference as points x (a, d) go towards the surface, and far along it."""
+    tangents, towards = frames(found.normal)[:, 1:].sum(axis=1), -found.gap[:, None] / 2 * found.normal
+    for by in (towards, extent * (found.normal + tangents), extent * (found.normal - tangents)):
+        grown, own = _passed(surface, x, by, field)[:, 0], surface.distance(x + by).gap - found.gap
+        allowed = "the growth of the gap of points x that move by"
+        _require_close(grown, own, found.gap + extent, f"{field}.passed", allowed)
 
 
 def _require_arcs(surface: Surface, x: Floats, found: Distance, way: float, field: str) -> None:
@@ -64,27 +118,37 @@ def _require_arcs(surface: Surface, x: Floats, found: Distance, way: float, fiel
 
 def _require_close(given: Floats, own: Floats, lengths: Floats | float, field: str, allowed: str) -> None:
     """Require values (a,) that differ from their ``own`` by round-off of the ``lengths``."""
-    require(np.shape(given) == own.shape, field, f"of shape {np.shape(given)}", f"of shape {own.shape}")
     off = np.abs(given - own)
     require(bool((off <= ALIKE * lengths).all()), field, f"off by {np.max(off):.2g}", allowed)
 
 
 def _passed(surface: Surface, x: Floats, by: Floats, field: str) -> Floats:
     """What points x (a, d) that move ``by`` (a, d) pass, (a, 2), in space (a, 1)."""
-    grown, shape = np.asarray(surface.passed(x, by)), (len(x), 2 if x.shape[1] == 2 else 1)
-    right = grown.shape == shape and bool(np.isfinite(grown).all())
-    require(right, f"{field}.passed", f"of shape {grown.shape}", f"finite, of shape {shape}")
-    return grown
+    return _numbers(surface.passed(x[None], by[None]), x[None], (2 if x.shape[1] == 2 else 1,), f"{field}.passed")[0]
 
 
 def _finite_distance(surface: Surface, x: Floats, field: str) -> Distance:
     """The surface's distance of points x (a, d); raises SceneError if it is not finite or has another shape."""
-    found = surface.distance(x)
+    found, d = surface.distance(x[None]), x.shape[1]
     require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
-    shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)
-    for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
-        good = np.shape(value) == shape and bool(np.isfinite(value).all())
-        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
+    inner, label = ((), (d,), (3, 3) if d == 3 else ()), f"{field}.distance"
+    parts = zip(Distance._fields, found, inner, strict=True)
+    found = Distance(*(_numbers(part, x[None], shape, f"{label}: {name}")[0] for name, part, shape in parts))
     off = max_abs(norm(found.normal) - 1)
-    require(off < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {off:.2g}")
+    require(off < 1e-9, label, "normal", f"of length one, not off by {off:.2g}")
     return found
+
+
+def _numbers(value: Floats, x: Floats, inner: tuple[int, ...], field: str) -> Floats:
+    """``value``, an array (…, inner) of points x (…, d); raises SceneError unless it is one, of finite numbers."""
+    _require_shape(value, x, inner, "fiu", field)
+    require(bool(np.isfinite(value).all()), field, "NaN or infinite", "finite at the candidates and near them")
+    return value
+
+
+def _require_shape(value: object, x: Floats, inner: tuple[int, ...], kinds: str, field: str) -> None:
+    """Require an array (…, inner) for points x (…, d), whose numbers are of these ``kinds`` of numpy's."""
+    shape, words = (*x.shape[:-1], *inner), "numbers" if "f" in kinds else "True and False"
+    found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
+    right = isinstance(value, np.ndarray) and value.shape == shape and value.dtype.kind in kinds
+    require(right, field, found, f"an array {shape} of {words}, for points {x.shape}")

@@ -24,7 +24,7 @@ from bipot.tools.extruded import Extruded
 from bipot.tools.poses import pose_size
 from bipot.tools.profiles import Profile
 from bipot.tools.revolved import Revolved
-from bipot.tools.surfaces import Plane, Surface
+from bipot.tools.surfaces import Plane, Surface, coordinates
 from bipot.tools.tool import FlatTool, Sampling, Tool
 from bipot.typing import Floats, Vector
 
@@ -63,7 +63,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     d = body.mesh.dimension
     require_components(tool.travel, d, f"{label}.travel")
     kind = "a plane, or what is Revolved or Extruded" if d == 3 else "of a plane"
-    same = tool.face.tips().centre.shape[-1] == d
+    same = coordinates(tool.face, f"{label}.surface") == d
     require(same, f"{label}.surface", tool.face, f"{kind}, as the nodes of the mesh have {d} coordinates")
     if tool.turn is not None:
         require_components(tool.turn.centre, d, f"{label}.turn")

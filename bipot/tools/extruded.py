@@ -15,7 +15,7 @@ from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_typ
 from bipot.paths import require_components, vector
 from bipot.tensors import norm
 from bipot.tools.plane import leftwards
-from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, reflected
+from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, coordinates, direction, reflected
 from bipot.typing import Bools, Floats, Vector
 
 STATIONS = np.array([-1.0, 0.0, 1.0])
@@ -55,7 +55,7 @@ class Extruded(Surface):
         square = abs(float(np.dot(self.first, self.second))) <= ACROSS
         require(square, "extruded.second", self.second, f"at a right angle to first = {self.first}")
         require_type(self.section, Surface, "extruded.section")
-        plane = self.section.tips().centre.shape[-1] == 2
+        plane = coordinates(self.section, "extruded.section") == 2
         require(plane, "extruded.section", self.section, "a surface of a plane: (along first, along second)")
 
     def distance(self, x: Floats) -> Distance:

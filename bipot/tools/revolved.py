@@ -27,7 +27,7 @@ from bipot.tensors import norm
 from bipot.tools.circle import GRAZED, Circle, comes_out
 from bipot.tools.plane import farther
 from bipot.tools.profiles import wedge
-from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames, reflected
+from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, coordinates, direction, frames, reflected
 from bipot.typing import Bools, Floats, Vector
 
 RING = 48
@@ -76,7 +76,7 @@ class Revolved(Surface):
         object.__setattr__(self, "axis", _in_space(direction(self.axis, "revolved.axis"), "revolved.axis"))
         require_magnitude(max(map(abs, self.point)), "revolved.point", LARGEST_LENGTH)
         require_type(self.meridian, Surface, "revolved.meridian")
-        plane = self.meridian.tips().centre.shape[-1] == 2
+        plane = coordinates(self.meridian, "revolved.meridian") == 2
         require(plane, "revolved.meridian", self.meridian, "a surface of a plane: (distance from the axis, height)")
         # A plane through the origin has no length of its own, and any will do.
         lines = self.meridian.lines(np.zeros(2), FAR * (self._extent or 1.0))

@@ -18,12 +18,13 @@ grad n = sum_i c_i e_i e_i', and slips are those of :mod:`bipot.tools.slips`.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_magnitude
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.paths import pair, require_components, vector
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Pair, Vector
@@ -58,18 +59,22 @@ class Tips(NamedTuple):
 class Surface(Protocol):
     """What a tool needs of its surface at rest; ``moved`` (d,) is the displacement of the tool since."""
 
+    @abstractmethod
     def distance(self, x: Floats) -> Distance:
         """Signed distance of points x (…, d), exact to round-off."""
         ...
 
+    @abstractmethod
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """Signed distance (…) of points x (…, d) to the moved surface."""
         ...
 
+    @abstractmethod
     def size(self, x: Floats, moved: Floats) -> Floats:
         """Magnitude (…) of the numbers whose difference :meth:`gap` is."""
         ...
 
+    @abstractmethod
     def passed(self, x: Floats, by: Floats) -> Floats:
         """Growth of gap and arc (…, 2) of points x (…, d) that move ``by`` (…, d), to the round-off of ``by``.
 
@@ -77,10 +82,12 @@ class Surface(Protocol):
         """
         ...
 
+    @abstractmethod
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """Whether (…) points x (…, d) that move ``by`` (…, d) go through the tool and come out on another side."""
         ...
 
+    @abstractmethod
     def tips(self) -> Tips:
         """Its convex parts: circles of which an arc is the surface; in space spheres, of which a part is."""
         ...
@@ -93,14 +100,17 @@ class Surface(Protocol):
         """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
         return self.same(self.image(normal, position), roundoff)
 
+    @abstractmethod
     def image(self, normal: Vector, position: float) -> Surface:
         """Its mirror image in the plane normal . x = position, of a unit normal."""
         ...
 
+    @abstractmethod
     def same(self, other: Surface, roundoff: float) -> bool:
         """Whether the ``other`` is the same, to ``roundoff`` of places."""
         ...
 
+    @abstractmethod
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
         """Lines (p, d) on it for drawing, with the tool on their right.
 
@@ -205,6 +215,17 @@ def frames(normal: Floats) -> Floats:
         first /= norm(first)[..., None]
         return np.stack([normal, first, np.asarray(np.cross(normal, first), dtype=np.float64)], axis=-2)
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
+
+
+def coordinates(surface: Surface, field: str) -> int:
+    """How many coordinates places on a surface have; raises SceneError where its tips are no circles or spheres."""
+    tips = surface.tips()
+    require_type(tips, Tips, f"{field}.tips")
+    (centre, radius, thickness), arrays = tips, all(isinstance(part, np.ndarray) for part in tips[:2])
+    sound = arrays and centre.ndim == 2 and radius.shape == centre.shape[:1] and bool(np.isfinite(centre).all())
+    allowed = "arrays of finite centres (m, d) and of radii (m,) >= 0, and a thickness > 0"
+    require(sound and bool((radius >= 0).all()) and thickness > 0, f"{field}.tips", tips, allowed)
+    return centre.shape[1]
 
 
 def place(value: object, field: str) -> Pair:

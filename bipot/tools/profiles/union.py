@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import require, require_tuple
-from bipot.tools.surfaces import Distance, Surface, Tips
+from bipot.tools.surfaces import Distance, Surface, Tips, coordinates
 from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
 HALVINGS = 52
@@ -37,7 +37,7 @@ class Union(Surface):
     def __post_init__(self) -> None:
         object.__setattr__(self, "surfaces", require_tuple(self.surfaces, Surface, "union.surfaces"))
         require(len(self.surfaces) > 0, "union.surfaces", self.surfaces, "at least one")
-        dimensions = {surface.tips().centre.shape[-1] for surface in self.surfaces}
+        dimensions = {coordinates(surface, f"union.surfaces[{k}]") for k, surface in enumerate(self.surfaces)}
         require(len(dimensions) == 1, "union.surfaces", self.surfaces, "all of a plane, or all of space")
 
     def distance(self, x: Floats) -> Distance:
