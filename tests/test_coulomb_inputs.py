@@ -163,6 +163,11 @@ def test_parts_of_solvers_are_refused_by_kind(kind, field):
         (lambda: coulomb.multiplicity(PROBLEM, limits=3), "limits = 3: must be a Limits or None"),
         (lambda: coulomb.multiplicity(PROBLEM, apart="a"), "apart = 'a': must be a number"),
         (lambda: coulomb.enumerate_modes(PROBLEM, tol="a"), "tol = 'a': must be a number"),
+        (lambda: coulomb.enumerate_modes(PROBLEM, tol=np.inf), "tol = inf: must be finite and > 0"),
+        (lambda: coulomb.enumerate_modes(PROBLEM, apart="a"), "apart = 'a': must be a number"),
+        (lambda: coulomb.enumerate_modes(PROBLEM, apart=np.nan), "apart = nan: must be >= 0"),
+        (lambda: coulomb.solve(PROBLEM).status("a"), "tol = 'a': must be a number"),
+        (lambda: coulomb.solve(PROBLEM).status(np.nan), "tol = nan: must be >= 0"),
         (lambda: coulomb.existence(PROBLEM, "a"), "seconds = 'a': must be a number"),
     ],
 )
