@@ -86,3 +86,17 @@ def test_existence_needs_no_symmetry(seed):
             local = coulomb.reduced(problem)
             assert solution_by_modes(local.W.toarray(), local.q, local.mu) is not None
     assert coulomb.existence(coulomb.CoulombProblem(np.eye(n) + skew - skew.T, -1.0 - q**2, mu, 2)).verdict is EXISTS
+
+
+def test_digits_that_matter_at_the_forces_of_a_velocity_inside_are_counted():
+    """W is short of semidefinite by 1e-6 of a draw that no mode holds; its velocity is inside with the digits, too."""
+    rng = np.random.default_rng(1202)
+    n = 2 * int(rng.integers(1, 4))
+    root = rng.normal(size=(n, int(rng.integers(1, n + 1))))
+    v = rng.normal(size=n) * (rng.random(n) < 0.6)
+    W = root @ root.T - np.outer(v, v) * 10.0 ** rng.uniform(-7, -5.5)
+    problem = coulomb.CoulombProblem(W, rng.normal(size=n), 0.5, 2)
+    report = coulomb.enumerate_modes(problem)
+    assert not report.solutions
+    assert not report.doubtful
+    assert coulomb.existence(problem).verdict is UNKNOWN

@@ -154,6 +154,19 @@ def test_that_there_is_no_solution_is_not_told_where_round_off_hides_it(W, q, to
     assert coulomb.enumerate_modes(problem, 1e-7).solutions
 
 
+def test_what_misses_a_mode_by_a_little_is_doubtful():
+    """Sticking asks of s = r_n + r_t that it be 1 and, by so little less that files do not tell, 1 - 1e-9."""
+    report = coulomb.enumerate_modes(coulomb.CoulombProblem(np.ones((2, 2)), [-1.0, 1e-9 - 1.0], 2.0, 2))
+    assert (report.solutions, report.doubtful) == ((), True)
+
+
+def test_forces_of_much_round_off_are_doubtful():
+    """Two forces of 1e10 that balance, whose round-off is above 1e-7."""
+    W = np.where(NEARLY_OPPOSED == 1e-9 - 1, 1e-11 - 1, NEARLY_OPPOSED)
+    report = coulomb.enumerate_modes(coulomb.CoulombProblem(W, [-1.0, 0, 0.9, 0], 0.0, 2))
+    assert (report.solutions, report.doubtful) == ((), True)
+
+
 def coupled(rng, dim, singular):
     n = dim * int(rng.integers(2, 9))
     root = rng.normal(size=(n, n // 2 if singular else n))
