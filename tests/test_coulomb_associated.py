@@ -84,3 +84,9 @@ def test_what_a_nearly_singular_problem_leaves_is_told(seed):
     problem = CoulombProblem(A @ A.T, rng.standard_normal(9), rng.choice(FRICTION, 3), 3)
     answer = solve_associated(problem)
     assert answer.residual() > 1e-3 * missed(problem, answer.r) - 1e-9
+
+
+def test_contacts_that_no_force_moves_have_their_answer():
+    still = CoulombProblem(np.zeros((2, 2)), [1.0, 0.0], 0.3, 2)
+    assert still.semidefinite
+    np.testing.assert_array_equal(solve_associated(still).r, 0.0)

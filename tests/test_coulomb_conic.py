@@ -192,3 +192,19 @@ def test_the_safeguard_drops_the_memory_after_a_bad_step():
     memory, after = mixing.advance(memory, x, x + 10.0)
     assert len(memory.points) == 1
     np.testing.assert_allclose(after, x + 5.0)
+
+
+@pytest.mark.parametrize("solver", [coulomb.TrescaFixedPoint, coulomb.DeSaxceFixedPoint])
+def test_the_programs_of_a_fixed_point_end_at_it_without_their_polish(solver, monkeypatch):
+    """That W is not symmetric is a load in them, and the multiple of I that is added to W cancels."""
+    rng = np.random.default_rng(3)
+    root, other = rng.normal(size=(6, 6)), rng.normal(size=(6, 6))
+    problem = coulomb.CoulombProblem(root @ root.T + np.eye(6) + other - other.T, rng.normal(size=6), 0.3, 3)
+    answer = coulomb.solve(problem)
+    assert (answer.r != 0).any()
+    scaled = scale(problem)
+    settled = answer.r / scaled.force
+    monkeypatch.setattr("bipot.coulomb.fixed_point.polished_force", lambda problem, law, r, load: r)
+    chosen = solver(coulomb.Damped(), coulomb.ConicSettings(regularisation=1e-2))
+    step = chosen.step(scaled, chosen.init(scaled, settled))
+    np.testing.assert_allclose(step.r, settled, atol=1e-4 * np.abs(settled).max())

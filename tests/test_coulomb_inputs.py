@@ -67,6 +67,43 @@ def test_numbers_of_another_shape_or_masked_are_refused(given, words):
     refused(lambda: coulomb.CoulombProblem(**asked), words)
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"q": [-1e-200, 0.0]}, "largest number of q = 1e-200: must be of a magnitude from 1e-60"),
+        ({"q": [1e61, 0.0]}, "largest number of q = 1e.61: must be of a magnitude"),
+        ({"W": 1e-300 * np.eye(2)}, "largest entry of W = 1e-300: must be of a magnitude"),
+        ({"W": 1e90 * np.eye(2)}, "largest entry of W = 1e.90: must be of a magnitude"),
+        (
+            {"W": np.diag([1.0, 1.0, 1e-90, 1e-90]), "q": np.ones(4)},
+            "mean diagonal of W at contact 1 = .*e-9",
+        ),
+        ({"mu": 1e61}, "mu = 1e.61: must be <= 1e.60"),
+    ],
+)
+def test_units_in_which_squares_vanish_or_overflow_are_refused(given, words):
+    """A load of 1e-200 was called solved by no force, and forces of 1e300 ended in NaN."""
+    refused(lambda: coulomb.CoulombProblem(**({"W": np.eye(2), "q": [-1.0, 0.1], "mu": 0.3, "dim": 2} | given)), words)
+
+
+@pytest.mark.parametrize("compliance", [1e-59, 1e59])
+@pytest.mark.parametrize("load", [1e-59, 1e59])
+def test_all_other_units_are_taken_by_every_stage(compliance, load):
+    """Two contacts on one degree of freedom: the first stage fails, and the next begins at forces of up to 1e118."""
+    W = np.kron(np.ones((2, 2)), np.eye(2)) * compliance
+    problem = coulomb.CoulombProblem(W, np.array([-1.0, 0.4, -1.0, 0.4]) * load, 0.3, 2)
+    chain = (
+        coulomb.Stage(coulomb.Uzawa(passes=1), 1.0, warm=True),
+        coulomb.Stage(coulomb.ProximalPoint(), 1.0, warm=True),
+    )
+    answer = coulomb.solve(problem, coulomb.Limits(patience=2, iterations=60), chain=chain)
+    assert answer.converged
+    np.testing.assert_allclose(answer.r[::2].sum(), load / compliance, rtol=1e-9)
+    assert answer.natural_residual() < np.inf
+    assert answer.unit_free_residual() < 1e-9
+    assert coulomb.Status.SLIP in answer.status()
+
+
 def test_forces_are_measured_however_they_are_written():
     assert coulomb.residual(PROBLEM, [1, 0]) == coulomb.residual(PROBLEM, np.array([1.0, 0.0]))
     assert coulomb.residual(PROBLEM, np.full(2, 1e300)) == np.inf
@@ -157,12 +194,17 @@ def test_parts_of_solvers_are_refused_by_kind(kind, field):
         (lambda: coulomb.run("newton", PROBLEM), "solver = 'newton': must be a Solver"),
         (lambda: coulomb.solve(PROBLEM, start="a"), "start = 'of type <U1': must be numbers"),
         (lambda: coulomb.solve(PROBLEM, start=[np.nan, 0.0]), "start = 'a force with NaN or inf'"),
-        (lambda: coulomb.solve(PROBLEM, start=[1e200, 0.0]), "start = 'numbers up to 1e.200': must be at most"),
+        (lambda: coulomb.solve(PROBLEM, start=[1e200, 0.0]), "start = 'numbers up to .* of the load': must be at"),
         (lambda: coulomb.solve_associated(PROBLEM, 3), "settings = 3: must be a ConicSettings or None"),
         (lambda: coulomb.multiplicity(PROBLEM, starts=1.5), "starts = 1.5: must be a whole number"),
         (lambda: coulomb.multiplicity(PROBLEM, limits=3), "limits = 3: must be a Limits or None"),
         (lambda: coulomb.multiplicity(PROBLEM, apart="a"), "apart = 'a': must be a number"),
         (lambda: coulomb.enumerate_modes(PROBLEM, tol="a"), "tol = 'a': must be a number"),
+        (lambda: coulomb.enumerate_modes(PROBLEM, tol=np.inf), "tol = inf: must be finite and > 0"),
+        (lambda: coulomb.enumerate_modes(PROBLEM, apart="a"), "apart = 'a': must be a number"),
+        (lambda: coulomb.enumerate_modes(PROBLEM, apart=np.nan), "apart = nan: must be >= 0"),
+        (lambda: coulomb.solve(PROBLEM).status("a"), "tol = 'a': must be a number"),
+        (lambda: coulomb.solve(PROBLEM).status(np.nan), "tol = nan: must be >= 0"),
         (lambda: coulomb.existence(PROBLEM, "a"), "seconds = 'a': must be a number"),
     ],
 )

@@ -90,55 +90,6 @@ def test_no_solution_is_refused_with_its_reason_and_its_forces():
         coulomb.solve(bodies.reduced())
 
 
-def test_existence_has_three_values():
-    assert coulomb.existence(opposed(0.1)).verdict is coulomb.Existence.EXISTS
-    # u = (s - 1, s) leaves the dual cone at mu = 2 everywhere, though u_n >= 0 is possible
-    line = coulomb.CoulombProblem(np.ones((2, 2)), [-1.0, 0.0], 2.0, 2)
-    assert coulomb.existence(line).verdict is coulomb.Existence.UNKNOWN
-    idle = coulomb.existence(coulomb.CoulombProblem(np.ones((2, 2)), [0.0, 1.0], 2.0, 2))
-    assert idle.verdict is coulomb.Existence.EXISTS
-    skew = coulomb.existence(coulomb.CoulombProblem([[2.0, 1.0], [0.0, 2.0]], [-1.0, 0.0], 0.1, 2))
-    assert skew.verdict is coulomb.Existence.UNKNOWN
-    assert "symmetric" in skew.reason
-
-
-def beside(W, stiffness):
-    """Contacts of W, and one of that flexibility that they do not know of."""
-    whole = np.zeros((len(W) + 2, len(W) + 2))
-    whole[:-2, :-2], whole[-2:, -2:] = W, stiffness * np.eye(2)
-    return whole
-
-
-@pytest.mark.parametrize(
-    ("W", "q", "mu", "what"),
-    [
-        (np.array([[1.0, 1.0], [3.0, 2.0]]), [-1.0, 3.0], 1.0, "W is not symmetric"),
-        (beside([[1.0, 1.0], [3.0, 2.0]], 1e8), [-1.0, 3.0, -1.0, 0.0], 1.0, "W is not symmetric"),
-        (np.array([[2.0, 4.0], [4.0, 2.0]]), [-2.0, 0.0], 2.0, "W is not positive semidefinite"),
-        (np.array([[-4.0, 0.0], [0.0, -4.0]]), [-3.0, 2.0], 2.0, "W is not positive semidefinite"),
-    ],
-)
-def test_existence_is_not_claimed_where_no_mode_holds(W, q, mu, what):
-    problem = coulomb.CoulombProblem(W, q, mu, 2)
-    assert not coulomb.enumerate_modes(problem).solutions
-    report = coulomb.existence(problem)
-    assert report.verdict is coulomb.Existence.UNKNOWN
-    assert report.reason.startswith(what)
-    with pytest.raises(SceneError, match="W"):
-        coulomb.solve_associated(problem)
-
-
-@pytest.mark.parametrize(
-    ("M", "what"),
-    [([[1.0, 1.0], [0.0, 1.0]], "M is not symmetric"), ([[1.0, 2.0], [2.0, 1.0]], "M is not positive definite")],
-)
-def test_existence_asks_of_bodies_what_the_theorem_supposes(M, what):
-    bodies = coulomb.GlobalCoulombProblem(M, np.eye(2), [-1.0, 0.0], [0.0, 0.0], 0.1, 2)
-    report = coulomb.existence(bodies)
-    assert report.verdict is coulomb.Existence.UNKNOWN
-    assert report.reason.startswith(what)
-
-
 def test_a_singular_newton_matrix_fails_in_words():
     problem = coulomb.CoulombProblem(np.zeros((4, 4)) + np.kron(np.ones((2, 2)), np.eye(2)), [-1.0, 0, -1, 0], 0.2, 2)
     answer = coulomb.run(coulomb.Newton(), problem)

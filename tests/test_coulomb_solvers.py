@@ -144,6 +144,16 @@ def test_solver_settings_outside_their_range_are_refused(make):
         make()
 
 
+def test_relaxed_forces_stay_in_their_cones():
+    problem = coulomb.CoulombProblem(np.eye(3) + 0.5, [-1.0, 2.0, 0.3], 0.3, 3)
+    solver = coulomb.GaussSeidel(local=1, relaxation=1.9, sweeps=1)
+    scaled = scale(problem)
+    state = solver.init(scaled, np.array([1.0, 0.3, 0.0]))
+    for _ in range(5):
+        state = solver.step(scaled, state)
+        assert np.hypot(*state.r[1:]) <= 0.3 * state.r[0] + 1e-12
+
+
 def test_solve_without_time_returns_an_honest_answer():
     problem = coulomb.reduced(coulomb.read_fclib(GENERATED[0].with_stem(HARDEST)))
     answer = coulomb.solve(problem, coulomb.Limits(seconds=0.2))

@@ -130,6 +130,43 @@ def test_a_solution_beside_runaway_forces_is_found():
     np.testing.assert_allclose(answer.u, [2, 2, 0, 0], atol=1e-9)
 
 
+NEARLY_OPPOSED = np.array([[1.0, 0, 1e-9 - 1, 0], [0, 1, 0, 0], [1e-9 - 1, 0, 1, 0], [0, 0, 0, 1]])
+"""Two normal forces that all but balance: what closes both contacts takes 1e8 of them."""
+
+
+@pytest.mark.parametrize(
+    ("W", "q", "tol"),
+    [
+        ([[2.0, 1.0], [1.0, 3.0]], [-1.3, 0.7], 1e-17),  # more than numbers of such digits can meet
+        (NEARLY_OPPOSED, [-1.0, 0, 0.9, 0], 1e-10),  # forces whose round-off is larger
+    ],
+)
+def test_that_there_is_no_solution_is_not_told_where_round_off_hides_it(W, q, tol):
+    problem = coulomb.CoulombProblem(W, q, 0.3, 2)
+    answer = coulomb.solve(problem, coulomb.Limits(tol=tol, iterations=20, patience=5))
+    assert not answer.converged
+    assert "has no solution" not in answer.reason
+    assert "A solution exists: some velocity lies inside the dual cone." in answer.reason
+    report = coulomb.enumerate_modes(problem, tol)
+    assert (report.solutions, report.doubtful) == ((), True)
+    assert "as near to one as can be told" in report.reason
+    assert not coulomb.enumerate_modes(no_solution()).doubtful
+    assert coulomb.enumerate_modes(problem, 1e-7).solutions
+
+
+def test_what_misses_a_mode_by_a_little_is_doubtful():
+    """Sticking asks of s = r_n + r_t that it be 1 and, by so little less that files do not tell, 1 - 1e-9."""
+    report = coulomb.enumerate_modes(coulomb.CoulombProblem(np.ones((2, 2)), [-1.0, 1e-9 - 1.0], 2.0, 2))
+    assert (report.solutions, report.doubtful) == ((), True)
+
+
+def test_forces_of_much_round_off_are_doubtful():
+    """Two forces of 1e10 that balance, whose round-off is above 1e-7."""
+    W = np.where(NEARLY_OPPOSED == 1e-9 - 1, 1e-11 - 1, NEARLY_OPPOSED)
+    report = coulomb.enumerate_modes(coulomb.CoulombProblem(W, [-1.0, 0, 0.9, 0], 0.0, 2))
+    assert (report.solutions, report.doubtful) == ((), True)
+
+
 def coupled(rng, dim, singular):
     n = dim * int(rng.integers(2, 9))
     root = rng.normal(size=(n, n // 2 if singular else n))

@@ -44,6 +44,9 @@ def test_no_damaged_bytes_end_the_process_or_raise_what_is_no_error_of_this_pack
     assert found.megabytes < MEGABYTES
 
 
+TWO_WIDE = {"lengths": np.array([2]), "widths": np.array([2])}
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -56,6 +59,14 @@ def test_no_damaged_bytes_end_the_process_or_raise_what_is_no_error_of_this_pack
         ({"starts": np.array([-1])}, "do not fit together: starts"),
         ({"seconds": np.zeros(7)}, "do not fit together"),
         ({"iterations": np.zeros(0, int)}, "do not fit together"),
+        # Of (-4, 3) the first would make up for the second, as in a second-order cone.
+        (
+            {"b": np.array([-2.0, 5.0]), "z": np.ones(2), "A_indptr": np.array([0, 1, 1]), **TWO_WIDE},
+            "do not fit together: width = 2: must be 1 in a nonnegative cone",
+        ),
+        # Px + q = A'z is then no stationarity of x'Px/2 + q'x.
+        ({"P_indices": np.array([0, 0]), "P_data": np.array([1.0, 9.0])}, "do not fit together: P is not symmetric"),
+        ({"P_indices": np.array([0, 0]), "P_indptr": np.array([0, 2, 2])}, "do not fit together: P has an entry twice"),
         ({"q": np.zeros(3)}, "P_indptr has 3 entries, must have 4, as q has 3"),
     ],
     ids=lambda given: "" if isinstance(given, str) else "-".join(given),

@@ -71,6 +71,16 @@ def test_a_polish_that_runs_away_gives_back_what_it_began_with(monkeypatch):
     np.testing.assert_array_equal(polish(program, x, 1.1 * r)[0], x)
 
 
+def test_an_answer_that_is_out_of_all_bounds_is_not_polished():
+    """Its squares overflow: a solver of a user's own may return anything, which the certificate then refuses."""
+    program = dense(posed(0.3).tangent)
+    x, r = direct(program)
+    for far in (1e300, np.inf, np.nan):
+        away = np.full_like(x, far)
+        np.testing.assert_array_equal(polish(program, away, r)[0], away)
+        assert couple(program.model, x, np.full_like(r, far)) is None
+
+
 def test_interior_points_stall_at_the_axis_node_and_polishing_is_what_cures_it():
     """No force and no gap there, so no strict complementarity: raw routes differ far above their tolerance."""
     program = posed(0.3, after=3).tangent

@@ -52,12 +52,14 @@ def asymmetry(matrix: sp.csr_array) -> float:
     return max_abs(sp.csr_array(matrix - matrix.T).data) / largest if largest else 0.0
 
 
-def semidefinite(matrix: sp.csr_array) -> bool:
-    """Whether the symmetric part is positive semidefinite, to :data:`ROUGHLY` of the largest entry.
+def semidefinite(matrix: sp.csr_array, digits: float = ROUGHLY) -> bool:
+    """Whether the symmetric part is positive semidefinite, to ``digits`` of the largest entry.
 
     >>> ones = sp.csr_array(np.ones((2, 2)))
     >>> semidefinite(ones), semidefinite(ones - sp.eye_array(2))
     (True, False)
+    >>> semidefinite(sp.csr_array((2, 2)))
+    True
     """
-    shift = ROUGHLY * max_abs(matrix.data)
+    shift = digits * (max_abs(matrix.data) or 1.0)
     return definite(sp.csc_matrix(matrix + shift * sp.eye_array(matrix.indptr.size - 1)))

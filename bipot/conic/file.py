@@ -124,6 +124,10 @@ def matrix_of(arrays: Arrays, name: str, kind: type[Matrix], shape: tuple[int, i
     data, indices, indptr = (arrays[f"{name}_{part}"] for part in PARTS)
     matrix = kind((data, indices, indptr), shape=shape)
     matrix.check_format(full_check=True)
+    single = matrix.copy()
+    single.sum_duplicates()
+    if single.nnz < matrix.nnz:
+        raise ValueError(f"{name} has an entry twice")
     return matrix
 
 

@@ -26,6 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.conic.file import Arrays, compressed, write
+from bipot.errors import require
 from bipot.typing import Floats, max_abs
 
 KIND = "bipot conic program 1"
@@ -63,13 +64,20 @@ class Claim(Enum):
 
 @dataclass(frozen=True)
 class Rows:
-    """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,)."""
+    """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,).
+
+    Cones other than SECOND_ORDER have one row: more would be measured as if the first bounded the others.
+    """
 
     term: str
     cone: Cone
     A: sp.csr_matrix
     b: Floats
     width: int = 1
+
+    def __post_init__(self) -> None:
+        alone = self.cone is not Cone.SECOND_ORDER
+        require(self.width == 1 or not alone, "width", self.width, f"1 in a {self.cone.value} cone")
 
     @property
     def count(self) -> int:

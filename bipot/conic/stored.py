@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.basics.definite import asymmetry
 from bipot.conic.file import Arrays, FileError, matrix_of, read_vectors
 from bipot.conic.problem import KIND, Claim, Cone, ConicProgram, ConicSolution, Rows, Timing
 
@@ -27,7 +28,8 @@ LENGTHS = {
 """By name of a vector: another one, and by how many entries the first is longer."""
 
 REPEATED = 1e-12
-"""Difference of a (relative) residual between machines: far below the accuracy asked of solvers."""
+"""Difference of a (relative) residual between machines, and of P from its transpose: far below the accuracy asked of
+solvers."""
 
 
 def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
@@ -76,7 +78,10 @@ def _program(found: Arrays) -> ConicProgram:
     parts = map(slice, starts.tolist(), stops.tolist())
     blocks = dict(zip(found["blocks"].tolist(), parts, strict=True))
     _require(len(blocks) == len(starts), "blocks", found["blocks"])
-    return ConicProgram(matrix_of(found, "P", sp.csc_matrix, (len(q), len(q))), q, rows, blocks)
+    P = matrix_of(found, "P", sp.csc_matrix, (len(q), len(q)))
+    if asymmetry(sp.csr_array(P)) > REPEATED:
+        raise ValueError("P is not symmetric")
+    return ConicProgram(P, q, rows, blocks)
 
 
 def _answer(program: ConicProgram, found: Arrays) -> ConicSolution:

@@ -51,11 +51,12 @@ NO_MODE = "None of its modes (open, stick and slip at each contact) holds: the p
 
 
 def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | None, str]:
-    """The solution of the first mode that holds, or None, and a sentence on it."""
-    found = enumerate_modes(problem, tol).solutions
-    if found:
-        return found[0], f"{found[0].reason[:-1]} of all {4**problem.contacts} solves it."
-    return None, NO_MODE
+    """The solution of the first mode that holds, or None, and a sentence on it, empty where that is not certain."""
+    report = enumerate_modes(problem, tol)
+    if report.solutions:
+        found = report.solutions[0]
+        return found, f"{found.reason[:-1]} of all {4**problem.contacts} solves it."
+    return None, "" if report.doubtful else NO_MODE
 
 
 def _by_chain(
@@ -76,8 +77,9 @@ def _by_chain(
         reasons.append(answer.reason)
         best = answer if len(reasons) == 1 or answer.residual() < best.residual() else best
         if small and not best.converged and perf_counter() < ends:
-            found, verdict = _enumerated(problem, limits.tol)
-            return found or best, [*reasons, verdict], iterations
+            small, (found, verdict) = False, _enumerated(problem, limits.tol)
+            if verdict:
+                return found or best, [*reasons, verdict], iterations
     if not reasons and not best.converged:
         best = replace(best, outcome=Outcome.TIME_LIMIT)
         reasons.append(f"No time was left to try a solver in {limits.seconds:.1e} s; more time may help.")
@@ -111,6 +113,7 @@ def solve(
     if report.verdict is Existence.NONE:
         raise InfeasibleProgram(f"The contact problem has no solution: {report.reason}.")
     best, reasons, iterations = _by_chain(problem, limits, start, chain, began + limits.seconds)
-    if not best.converged and reasons[-1] != NO_MODE and report.verdict is Existence.UNKNOWN:
-        reasons.append(f"Whether a solution exists is not known: {report.reason}.")
+    if not best.converged and reasons[-1] != NO_MODE:
+        known = "A solution exists" if report.verdict is Existence.EXISTS else "Whether a solution exists is not known"
+        reasons.append(f"{known}: {report.reason}.")
     return replace(best, solver="auto", reason=" ".join(reasons), iterations=iterations, seconds=perf_counter() - began)

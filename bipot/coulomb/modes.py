@@ -20,9 +20,9 @@ from scipy import linalg, sparse
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.solution import CoulombSolution, Outcome, residual
+from bipot.coulomb.solution import CoulombSolution, Outcome, judge
 from bipot.coulomb.solver import Limits, run, scale
-from bipot.errors import require, require_count, require_number, require_type
+from bipot.errors import require, require_count, require_number, require_positive, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
 from bipot.typing import Floats, max_abs
@@ -32,6 +32,8 @@ _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP,
 _RANK = 1e-12
 # What a linear program leaves open of its rows, and what a row may miss of 0 to count as active.
 _FEASIBLE, _ACTIVE = 1e-10, 1e-8
+# Residual, or multiple of what round-off leaves of it, from which on a force is certainly none of the mode.
+_CERTAIN, _BLURRED = 1e-7, 1e3
 # How far beyond a point an endless range of velocities is cut off; the load is of length one.
 _BEYOND = 1.0
 # What linprog returns where there is no least cost: found unbounded, or unbounded or infeasible without telling which.
@@ -53,7 +55,8 @@ class Polyhedron(NamedTuple):
 class MultiplicityReport:
     """Solutions with different velocities u. ``exhaustive`` says whether every mode was tried, ``continuum``
     whether some mode holds a whole range of velocities. Its ends are then among the solutions, and in the place of an
-    end that is missing a velocity farther along it.
+    end that is missing a velocity farther along it. ``doubtful`` says whether a force that is none of the solutions may
+    be one: it is as near to a mode as round-off tells, or as 1e-7 of the load, though not as near as was asked.
 
     Forces may differ at the same u where W is singular: that is hyperstatic, not multiple, and not counted.
     """
@@ -61,6 +64,7 @@ class MultiplicityReport:
     solutions: tuple[CoulombSolution, ...]
     exhaustive: bool
     continuum: bool = False
+    doubtful: bool = False
 
     @property
     def multiple(self) -> bool:
@@ -73,7 +77,8 @@ class MultiplicityReport:
         how = "all modes enumerated" if self.exhaustive else "from several starts"
         found = len(self.solutions)
         if not found:
-            return f"No solution found ({how})."
+            doubt = ", though a force is as near to one as can be told" if self.doubtful else ""
+            return f"No solution found ({how}){doubt}."
         word = "solution" if found == 1 else "solutions with different velocities"
         between = ", with others all the way between some of them" if self.continuum else ""
         return f"{found} {word} found ({how}){between}; a solver returns one of them, by its start."
@@ -162,25 +167,33 @@ def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10, apart: float = 
     differ at the same velocity where W is singular. Where a mode holds a range of velocities its ends are listed.
     """
     require_type(problem, CoulombProblem, "problem")
-    require_number(tol, "tol")
-    require(tol > 0, "tol", tol, "> 0")
+    require_positive(tol=tol)
+    _require_apart(apart)
     require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
     require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
     scaled, began = scale(problem), perf_counter()
     W = sparse.csr_array(scaled.W).toarray()
     answers: list[CoulombSolution] = []
-    continuum = False
+    continuum = doubtful = False
     for mode in product(_CHOICES, repeat=problem.contacts):
         name = " ".join(status.name.lower() for status, _ in mode)
         held: list[CoulombSolution] = []
         for point in _points(W, _polyhedron(W, scaled.q, problem.mu, mode)):
             r = scaled.unscale(point)
-            if residual(problem, r) <= tol:
+            off = judge(problem, r)
+            if off.residual <= tol:
                 spent = perf_counter() - began
                 held.append(CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", 0, spent))
+            elif off.residual <= max(_CERTAIN, _BLURRED * off.resolution):
+                doubtful = True
         continuum = continuum or len(_distinct(held, apart)) > 1
         answers += held
-    return MultiplicityReport(_distinct(answers, apart), exhaustive=True, continuum=continuum)
+    return MultiplicityReport(_distinct(answers, apart), True, continuum, doubtful)
+
+
+def _require_apart(apart: float) -> None:
+    require_number(apart, "apart")
+    require(apart >= 0, "apart", apart, ">= 0")
 
 
 def _starts(problem: CoulombProblem, count: int) -> list[Floats]:
@@ -203,8 +216,7 @@ def multiplicity(
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
     require_count(starts, "starts", 0)
-    require_number(apart, "apart")
-    require(apart >= 0, "apart", apart, ">= 0")
+    _require_apart(apart)
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
         return enumerate_modes(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]

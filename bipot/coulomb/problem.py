@@ -16,10 +16,12 @@ from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from bipot.basics.definite import asymmetry, by_diagonal, by_units, definite, semidefinite
-from bipot.errors import ProgramError, require, require_count
+from bipot.errors import ProgramError, require, require_count, require_magnitude
 from bipot.typing import Floats, Ints, as_numbers, max_abs
 
-LARGEST = 1e100
+LARGEST = 1e60
+"""Largest number of a problem, and inverse of the smallest that decides its units: squares of forces, which may be
+the quotient of two, then neither overflow nor vanish."""
 
 TIE = 1.0 + 1e-9
 """Ratio up to which two numbers count as equal."""
@@ -33,7 +35,7 @@ def _matrix(value: object, field: str) -> sparse.csr_array:
     matrix.sum_duplicates()
     matrix.data.flags.writeable = False
     require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
-    require_sizes(np.asarray(matrix.data, dtype=np.float64), field)
+    require_magnitude(max_abs(matrix.data), f"largest entry of {field}", LARGEST)
     return matrix
 
 
@@ -42,18 +44,17 @@ def column_count(matrix: sparse.csr_array) -> int:
     return int(np.array(matrix.shape)[1])
 
 
-def require_sizes(numbers: Floats, field: str) -> None:
-    """Raise SceneError for numbers whose squares may overflow."""
-    largest = max_abs(numbers)
-    require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
-
-
 def _vector(value: ArrayLike, field: str, size: int) -> Floats:
     vector = as_numbers(value, field)
     require(vector.shape == (size,), f"{field}.shape", vector.shape, f"({size},)")
     require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
-    require_sizes(vector, field)
     vector.flags.writeable = False
+    return vector
+
+
+def _load(value: ArrayLike, field: str, size: int) -> Floats:
+    vector = _vector(value, field, size)
+    require_magnitude(max_abs(vector), f"largest number of {field}", LARGEST)
     return vector
 
 
@@ -62,6 +63,7 @@ def _friction(value: ArrayLike, contacts: int) -> Floats:
     single = given.shape in ((), (1,))
     vector = _vector(np.full(contacts, float(given.flat[0])) if single else given, "mu", contacts)
     require(bool(np.all(vector >= 0)), "mu", float(vector.min(initial=0.0)), ">= 0")
+    require(max_abs(vector) <= LARGEST, "mu", max_abs(vector), f"<= {LARGEST:g}")
     return vector
 
 
@@ -131,8 +133,10 @@ class CoulombProblem(Affine):
         _require_contacts(rows, self.dim)
         require(matrix.shape == (rows, rows), "W.shape", matrix.shape, "square")
         object.__setattr__(self, "W", matrix)
-        object.__setattr__(self, "q", _vector(self.q, "q", rows))
+        object.__setattr__(self, "q", _load(self.q, "q", rows))
         object.__setattr__(self, "mu", _friction(self.mu, rows // self.dim))
+        weakest = int(self.contact_unit.argmin())
+        require_magnitude(float(self.contact_unit[weakest] ** 2), f"mean diagonal of W at contact {weakest}", LARGEST)
 
     @property
     def contacts(self) -> int:
@@ -222,8 +226,8 @@ class GlobalCoulombProblem:
         require(mass.shape == (dofs, dofs), "M.shape", mass.shape, f"({dofs}, {dofs}), the rows of H")
         object.__setattr__(self, "M", mass)
         object.__setattr__(self, "H", rows)
-        object.__setattr__(self, "f", _vector(self.f, "f", dofs))
-        object.__setattr__(self, "w", _vector(self.w, "w", contact_rows))
+        object.__setattr__(self, "f", _load(self.f, "f", dofs))
+        object.__setattr__(self, "w", _load(self.w, "w", contact_rows))
         object.__setattr__(self, "mu", _friction(self.mu, contact_rows // self.dim))
 
     @property

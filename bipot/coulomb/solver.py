@@ -19,10 +19,10 @@ import numpy as np
 from scipy import sparse
 
 from bipot.basics.definite import by_units
-from bipot.coulomb.problem import Affine, CoulombProblem, column_count, require_sizes
+from bipot.coulomb.problem import LARGEST, Affine, CoulombProblem, column_count
 from bipot.coulomb.solution import CoulombSolution, Judgement, Outcome, judge, known_force
 from bipot.errors import ProgramError, require, require_count, require_type
-from bipot.typing import Floats, Ints, make_floats
+from bipot.typing import Floats, Ints, make_floats, max_abs
 
 # Above this many rows and below this part of entries that are stored a sparse factorisation beats a dense one.
 DENSE_ROWS = 300
@@ -176,8 +176,10 @@ def run(
     began, limits = clock(), limits or Limits()
     scaled = scale(problem)
     given = np.zeros(problem.size) if start is None else known_force(problem, start, "start")
-    require_sizes(given, "start")
-    watched = _Watched(problem, scaled, limits, given / scaled.force)
+    begun = given / scaled.force
+    largest = max_abs(begun)
+    require(largest <= LARGEST, "start", f"numbers up to {largest:.3g} of the load", f"at most {LARGEST:g}")
+    watched = _Watched(problem, scaled, limits, begun)
     if watched.converged:
         outcome, detail = Outcome.CONVERGED, ""
     else:

@@ -134,6 +134,9 @@ def minimised(
     changed = False
     scale, factors, before = max(max_abs(model.f), float(np.finfo(float).tiny)), 0, np.inf
     for _ in range(iterations):
+        # A solver's answer may be as far off as a step.
+        if not max(max_abs(x), max_abs(r)) <= RUNAWAY:
+            break
         residual, motion = K @ x - model.f, rows.motion(x)
         law, scale = at(motion, r), max(scale, max_abs(r))
         balance, miss = max_abs(residual - rows.forces(r)), law.value(motion, r)
@@ -158,8 +161,6 @@ def minimised(
         except ProgramError:
             break
         dx, r = last.step(residual, miss, r)
-        if not max(max_abs(dx), max_abs(r)) <= RUNAWAY:
-            break
         # A force that the law says is zero has the round-off of its row left.
         x, r, before = x + dx, np.where(last.pieces.none, 0.0, r), error
     return best._replace(factors=factors)
