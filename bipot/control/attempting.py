@@ -56,7 +56,7 @@ def attempt_increment(
     begins = increment.start.length == 0 and is_past_yield(increment) and not increment.loads.changes
     if second and staged and begins:
         half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
-        halved = partial(forms.solve, half, increment.start, None)
+        halved = partial(forms.solve, half, increment.start, None, None)
     return carry_on(increment, partial(forms.solve, increment), refused, second, halved)
 
 

@@ -65,7 +65,7 @@ class CarriedFlow:
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @staticmethod
-    def of_half(half: Near) -> CarriedFlow:
+    def of_half(half: Solved) -> CarriedFlow:
         """That of the first ``half`` of an increment, as if the second flowed as much."""
         returned, kin = half.response.returned, half.response.kinematics
         flow = Flow(kin.turned_back(returned.plastic_strain), returned.dpeeq)

@@ -26,8 +26,7 @@ a landing, as of a whole face, has turned nearly all of the flow before the incr
 resolves how the stress follows.
 
 An increment from rest has no last flow: where an accuracy chooses increments, it carries on that of its own first half,
-which is attempted beforehand and need not be converged beyond HALF. With it the stages are those of TR-BDF2: the first
-half by backward Euler, and the second with its flow carried on.
+which is attempted beforehand: backward Euler in the first half, and BDF2 in the second.
 
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
@@ -66,9 +65,6 @@ ROUGH = 1e-5
 A point whose flow is dropped too early never takes it up again. Where many points reverse, a value ten times larger
 lets two forms, whose iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification).
 """
-
-HALF = 1e-3
-"""Error, as ROUGH, up to which the first half of an increment is solved: of its flow that is all that is needed."""
 
 EARLY, MARGIN = 1e-2, 200.0
 """Up to the error EARLY an iterate shows which points stop, if each is clear of the limit by MARGIN times the error.
@@ -140,8 +136,8 @@ def carry_on(
     # Rates change where the path turns, and a body whose motion reverses is elastic at first: the last flow misleads.
     unknown = increment.past.turns
     if halved is not None:
-        tried.append(halved(lambda _, error: error <= HALF))
-        if (half := tried[-1].solved or tried[-1].left) is not None:
+        tried.append(halved())
+        if (half := tried[-1].solved) is not None:
             carried, near, unknown = CarriedFlow.of_half(half), _doubled(increment, half), False
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
@@ -178,7 +174,7 @@ def carry_on(
     return _joined([*tried, _without(state, solve, refused, near)])
 
 
-def _doubled(increment: Increment, half: Near) -> Near | None:
+def _doubled(increment: Increment, half: Solved) -> Near | None:
     """Twice as far as the first ``half`` of the increment goes, None where that is inadmissible."""
     try:
         return Near(increment.at(2 * half.response.x), half.r)

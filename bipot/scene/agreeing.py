@@ -21,8 +21,8 @@ ALIKE = 1e-6
 TOLD = 1e-8
 """Over the numbers whose difference a gap is: what is larger than that can be told of a surface."""
 
-OFF, BESIDE, ALONG = 1e-3, 1e-4, 1e-5
-"""How far from where they are, beside there, and along the surface, candidates are tried, over their extent."""
+OFF, ALONG = 1e-3, 1e-5
+"""How far from where they are, and along the surface, candidates are tried, over their extent."""
 
 SHALLOW = 0.01
 """Depth over the extent of the candidates from which, where all are in the tool at rest, they are brought out of it."""
@@ -31,7 +31,7 @@ STEEP = 1e-3
 """Growth of the gap across the normal, over the way: an angle between the normal and the gradient."""
 
 ARCS = 0.01
-"""Deviation of the growth of an arc, over the way, or of normals, over their change, from its derivative there."""
+"""Deviation of the growth of an arc from its derivative that the curvature of a line explains, over the way."""
 
 
 def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
@@ -51,15 +51,14 @@ def require_agreeing(surface: Surface, x: Floats, field: str) -> Distance:
     x = x + OFF * extent * normal
     gap, normal, curvature = _finite_distance(surface, x, field)
     astray = np.abs(surface.distance(x - gap[:, None] * normal).gap)
-    steep, bent = _beside(surface, x, normal, BESIDE * extent)
+    steep = _slope(surface, x, normal, OFF * extent)
     right = bool((astray <= ALIKE * (np.abs(gap) + extent)).all() and (gap > 0).any() and steep <= STEEP)
     require(right, f"{field}.distance", "normal", "the gradient of the gap, a distance: x - gap normal on the surface")
     off = gap > 0
-    x, near = x[off], Distance(gap[off], normal[off], curvature[off])
-    _require_curved(near, bent[off], extent, field)
-    _require_growing(surface, x, near, extent, field)
+    x, found_off = x[off], Distance(gap[off], normal[off], curvature[off])
+    _require_growing(surface, x, found_off, extent, field)
     if x.shape[1] == 2:
-        _require_arcs(surface, x, near, ALONG * extent, field)
+        _require_arcs(surface, x, found_off, ALONG * extent, field)
     return found
 
 
@@ -81,23 +80,11 @@ def _size(surface: Surface, x: Floats, moved: Floats, field: str) -> Floats:
     return _numbers(surface.size(x, moved), x, (), f"{field}.size")
 
 
-def _beside(surface: Surface, x: Floats, normal: Floats, way: float) -> tuple[float, Floats]:
-    """How steep the gap is across the normals of points x (a, d), and how normals change along tangents, (a, k, d).
-
-    It is the median of the points, as at ARCS, within this ``way``.
-    """
-    tangents = way * frames(normal)[:, 1:]
-    ahead, behind = (surface.distance(x[:, None] + sign * tangents) for sign in (1, -1))
-    steep = float(np.median(np.abs(ahead.gap - behind.gap).max(axis=1))) / (2 * way)
-    return steep, (ahead.normal - behind.normal) / (2 * way)
-
-
-def _require_curved(found: Distance, bent: Floats, extent: float, field: str) -> None:
-    """Require curvatures that say how normals are ``bent`` (a, k, d) along tangents, but at points between pieces."""
-    tangents, c = frames(found.normal)[:, 1:], found.curvature
-    own = tangents @ c if c.ndim == 3 else c[:, None, None] * tangents
-    off = float(np.median(norm(own - bent).max(axis=1) / (1 / extent + norm(bent).max(axis=1))))
-    require(off <= ARCS, f"{field}.distance", "curvature", f"the derivative of the normal, not off by {off:.2g} of it")
+def _slope(surface: Surface, x: Floats, normal: Floats, way: float) -> float:
+    """How steep the gap is across the normals of points x (a, d), within this ``way``; the median, as at ARCS."""
+    tangents = way * np.moveaxis(frames(normal)[:, 1:], 1, 0)
+    ahead, behind = (surface.distance(x + sign * tangents).gap for sign in (1, -1))
+    return float(np.median(np.abs(ahead - behind).max(axis=0))) / (2 * way)
 
 
 def _require_growing(surface: Surface, x: Floats, found: Distance, extent: float, field: str) -> None:
