@@ -147,7 +147,7 @@ def test_the_length_follows_the_estimate():
     assert pacer.next(0.1, 1e-3) == pytest.approx(0.105)
     assert pacer.next(0.1, 4e-3) == pytest.approx(0.0525)
     finer = Pacer(1e-4).next(0.1, 1e-4)
-    assert finer == pytest.approx(0.105 * 10**-0.08), "landings are of lower order"
+    assert finer == pytest.approx(0.105 * 10**-0.03), "landings are of lower order"
     assert pacer.next(0.1, 0.0) == 0.2
     assert pacer.next(0.1, 0.0, QUICK + 1) == 0.1
     assert pacer.next(0.1, 1.0) == pytest.approx(0.02)
@@ -259,8 +259,8 @@ def test_a_body_that_is_strained_unevenly_begins_with_shorter_increments():
     even, uneven = (run(SCENES[name](), Schedule(accuracy=1e-3))[0] for name in ("block", "square"))
     assert [reason.kind for reason in uneven.reasons] == [ReasonKind.ACCURACY]
     assert not even.reasons
-    assert 0.35 * uneven.state.tau < 2 / 3 * 0.2 * even.state.tau, "both are one high"
+    assert 0.35 * uneven.state.tau < 0.6 * 0.2 * even.state.tau, "both are one high"
     kin = uneven.solved.response.kinematics
     square = np.average(np.vecdot(kin.strain, kin.strain), weights=kin.volume)
     variance = np.cov(uneven.state.peeq.ravel(), aweights=kin.volume.ravel(), bias=True)
-    assert error_estimate(uneven.start, uneven.solved) == pytest.approx(2.0 * (square / 12 + 0.5 * variance), rel=1e-6)
+    assert error_estimate(uneven.start, uneven.solved) == pytest.approx(2.5 * (square / 12 + 0.4 * variance), rel=1e-6)

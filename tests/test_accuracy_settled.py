@@ -179,7 +179,7 @@ def test_what_is_left_of_yielding_is_what_the_body_stores(scene, order):
     variance = np.cov(peeq.ravel(), aweights=kin.volume.ravel(), bias=True)
     left = (1 - part) * (part**order - (1 / 9) ** order) / 10
     found = error_estimate(step.start, step.solved)
-    assert found == pytest.approx(2.0 * (square / 12 + 0.5 * variance) + left, rel=1e-6)
+    assert found == pytest.approx(2.5 * (square / 12 + 0.4 * variance) + left, rel=1e-6)
     assert left > 0.1 * found
 
 
@@ -211,7 +211,7 @@ def test_strain_is_a_mean_over_the_work_where_little_of_the_body_takes_that():
     square = np.average(np.vecdot(kin.strain, kin.strain), weights=power)
     variance = np.cov(peeq.ravel(), aweights=power.ravel(), bias=True)
     found = error_estimate(step.start, step.solved)
-    assert found == pytest.approx(2.0 * (square / 12 + 0.5 * variance), rel=1e-6)
+    assert found == pytest.approx(2.5 * (square / 12 + 0.4 * variance), rel=1e-6)
 
 
 def test_a_force_across_the_way_is_not_what_is_asked():
@@ -219,7 +219,7 @@ def test_a_force_across_the_way_is_not_what_is_asked():
     scene = sheared()
     errors = np.abs(list(missed(scene, paced(scene)))) / ACCURACY
     assert errors[:, 0].max() <= 3
-    assert errors[:, 1].max() > 6
+    assert errors[:, 1].max() > 9
 
 
 def test_where_bands_of_shear_form_the_error_of_an_increment_grows_by_itself():

@@ -48,7 +48,7 @@ def test_the_first_increment_errs_by_a_third_of_backward_euler_at_most(scene):
 
 
 def test_what_is_carried_on_is_no_load_of_another_path():
-    own = first(pressed_block(), 1e-3)
+    own = first(pressed_block(), 1e-4)
     assert own.solved.response.state is not own.start, "flow is carried on"
     assert own.solved.iterate.increment.loads.others is None
     assert not own.solved.iterate.increment.loads.changes

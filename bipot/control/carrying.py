@@ -25,8 +25,8 @@ than the last one: sum_q w |de_p - P de_p|^2 > TURNED^2 sum_q w |de_p|^2, P the 
 a landing, as of a whole face, has turned nearly all of the flow before the increment, unless that is so short that it
 resolves how the stress follows.
 
-An increment from rest has no last flow: where an accuracy chooses increments, it carries on that of its own first half,
-which is attempted beforehand: backward Euler in the first half, and BDF2 in the second.
+An increment from rest has no last flow: where a fine accuracy chooses increments, it carries on that of its own first
+half, which is attempted beforehand: backward Euler in the first half, and BDF2 in the second.
 
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
@@ -113,21 +113,17 @@ Objection = Callable[[Solved], Reason | None]
 """Says why a solution is not accepted; None if it is accepted."""
 
 
-Halved = Callable[[Leave], Attempt]
-"""Attempts the first half of an increment, from its start."""
-
-
 def carry_on(
     increment: Increment,
     solve: Solve,
     refused: Objection,
     second: bool,
-    halved: Callable[[Leave], Attempt] | None = None,
+    halved: Callable[[], Attempt] | None = None,
 ) -> Attempt:
     """Attempt the increment, with the last flow carried on if ``second`` (order two), otherwise without.
 
-    With ``halved`` its own first half is attempted beforehand for that flow. The attempt returned has the passes and
-    the failures of all attempts.
+    ``halved()`` attempts the first half of one without a last flow, to carry on that. The attempt returned has the
+    passes and the failures of all attempts.
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None

@@ -18,9 +18,10 @@ It is a fraction of the force,
   TURNED is an event (a landing) that does not depend on the length of increments; at a scheduled pseudo-time, where no
   increment follows in which its error would decay, it counts in full, as up to one. Where nothing flows, T is zero. A
   first increment, after rest or a kink, has no velocity before it: there T is UNEVEN times the variance of the
-  increment of peeq, with the weights of S. The more unevenly a body is strained, the more its motion changes: an upset
-  cylinder has a tenth of the variance of a square between nearly smooth tools, in which bands of shear form. A first
-  increment past first yield has a mean velocity of both sides of it, so T of the second is the less of the two.
+  increment of peeq, with the weights of S, or HALVED of it where it carries on the flow of its own first half. The
+  more unevenly a body is strained, the more its motion changes: an upset cylinder has a tenth of the variance of a
+  square between nearly smooth tools, in which bands of shear form. A first increment past first yield has a mean
+  velocity of both sides of it, so T of the second is the less of the two.
 * An increment that ends before the body has long yielded, by its strain since rest or a kink
   (:func:`bipot.control.yielding.yielded_strain`), ends where the body begins to yield, while the force still follows
   the strain of what has not yielded. Then T is replaced by Y = min(|v - v_0|/|v|, 1) h/20, which a first increment adds
@@ -67,16 +68,19 @@ from bipot.response import State
 from bipot.scene.symmetry import own_share
 from bipot.typing import Floats, vdot
 
-GATHERED = 2.0
+GATHERED = 2.5
 """The sum of the errors that increments leave, over the error of one."""
 
 TURNED = 1.6e-3
 """Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
 
-UNEVEN = 0.5
+UNEVEN = 0.4
 """Factor of the variance of the first increment of peeq. The change of force by shorter ones, over the variance, is
 0.3 to 1.4 in upset cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, with ten times the variance.
 """
+
+HALVED = 1 / 3
+"""Part of the error of a first increment in one piece that one leaves which carries on the flow of its first half."""
 
 SETTLED, STORED = 1 / 6, 1 / 9
 """Stored parts of the work of a first increment: above the first the body still begins to yield; up to the second
@@ -220,7 +224,8 @@ class _Terms:
         """T of a first increment: by how unevenly it strains the body."""
         weight, response = self._weight, self.solved.response
         flowed = response.returned.dpeeq + response.state.peeq - self.start.peeq
-        return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
+        halved = HALVED if self.start.length == 0 and response.state is not self.start else 1.0
+        return halved * UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
     @cached_property
     def _weight(self) -> Floats:

@@ -16,8 +16,9 @@ most GROWTH times that. Its strain is how far tools and supports go from each ot
 over the body's extent. The strain by a load that changes is not known, a tool that turns may only roll, and a curved
 one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. If flow begins
 in one, the next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of
-1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. One from rest that passes first yield
-carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a tenth or so of the accuracy.
+1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
+yield has the smallest error, 1e-4 to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED
+it carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less.
 Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones
 follow yielding.
 """
@@ -57,13 +58,16 @@ BDF2 is stable below 1 + sqrt(2).
 REFUSED, TRIES = 3.0, 3
 """An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
 
-FINER, USUAL = 0.08, 1e-3
+FINER, USUAL = 0.03, 1e-3
 """Errors of landings are of lower order: the length goes with (accuracy/USUAL)^FINER, besides the
 root of the accuracy."""
 
 SLACK = 0.25 + 1e-9
 """Part of an increment by which the last ones are lengthened to save one. The rest after a first one, if as long as it,
 is just a quarter longer than BEGUN of it; hence the round-off."""
+
+HALVED = 5e-4
+"""At finer accuracies the error of a first increment in one piece is worth half as many passes again."""
 
 CURED = 0.7
 """A shortened increment with more than this part of the estimate before has an event, as large in any length."""
@@ -99,6 +103,11 @@ class Pacer:
     def aim(self) -> float:
         """The estimate aimed at."""
         return min(self.accuracy, CHEAPEST)
+
+    @property
+    def halves(self) -> bool:
+        """Whether first increments carry on the flow of their first half."""
+        return self.accuracy < HALVED
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
