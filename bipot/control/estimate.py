@@ -221,11 +221,12 @@ class _Terms:
 
     @property
     def _uneven(self) -> float:
-        """T of a first increment: by how unevenly it strains the body."""
+        """T of a first increment: by how unevenly it strains the body; of a second one without what is carried on."""
         weight, response = self._weight, self.solved.response
-        flowed = response.returned.dpeeq + response.state.peeq - self.start.peeq
-        halved = HALVED if self.start.length == 0 and response.state is not self.start else 1.0
-        return halved * UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
+        factor, flowed = UNEVEN, response.returned.dpeeq
+        if self.start.length == 0 and response.state is not self.start:
+            factor, flowed = HALVED * UNEVEN, flowed + response.state.peeq - self.start.peeq
+        return factor * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
     @cached_property
     def _weight(self) -> Floats:
