@@ -1,9 +1,9 @@
 """Increments by accuracy: the length of the next increment by the estimate of the error that the last one adds.
 
 With e of :mod:`bipot.control.estimate`, the next increment is AIMED (accuracy/1e-3)^FINER sqrt(accuracy/e) times as
-long, within the stability of BDF2. The rest of the way is divided equally, into increments that are longer by up to
-SLACK if that saves one. An increment whose e is above REFUSED times the accuracy is solved again, shorter, unless that
-does not lower e, as in an event.
+long, with LANDING for FINER where first increments are halved, within the stability of BDF2. The rest of the way is
+divided equally, into increments that are longer by up to SLACK if that saves one. An increment whose e is above REFUSED
+times the accuracy is solved again, shorter, unless that does not lower e, as in an event.
 
 An event turns the motion at once, and the force is off to the end of its increment, by a tenth where a whole face
 lands, which no estimate sees: the mean motion hardly changes if the landing is late. The next increment has the new
@@ -58,9 +58,9 @@ BDF2 is stable below 1 + sqrt(2).
 REFUSED, TRIES = 3.0, 3
 """An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
 
-FINER, USUAL = 0.03, 1e-3
-"""Errors of landings are of lower order: the length goes with (accuracy/USUAL)^FINER, besides the
-root of the accuracy."""
+FINER, LANDING, USUAL = 0.12, 0.03, 1e-3
+"""Errors of first yield and of landings are of lower order: the length goes with (accuracy/USUAL)^FINER, besides the
+root of the accuracy, with LANDING where first increments are halved."""
 
 SLACK = 0.25 + 1e-9
 """Part of an increment by which the last ones are lengthened to save one. The rest after a first one, if as long as it,
@@ -136,7 +136,7 @@ class Pacer:
 
     def next(self, length: float, estimate: float, passes: int = 0, begun: bool = False) -> float:
         """The length after one of this ``length``, ``estimate`` and ``passes``; ``begun`` if flow began in it."""
-        aimed = AIMED * (self.aim / USUAL) ** FINER
+        aimed = AIMED * (self.aim / USUAL) ** (LANDING if self.halves else FINER)
         allowed = aimed * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
