@@ -89,21 +89,19 @@ def test_the_kept_rows_are_all_that_the_plan_asks_for():
 
 
 def test_the_kept_costs_are_as_the_page_says():
-    """As much as the cheapest equal increments at 1e-3 and less in the mean; more at 1e-4, where first yield rules.
-
-    The error of `coarse mu = 0.3` is that of its first increment, whatever follows, so few equal ones err no more.
-    """
+    """Less than the cheapest equal increments in the mean; at 1e-4 none more on the paper's mesh."""
     rows = read_rows(KEPT / "paced.csv", Row)
     ratios = {asked: [row.ratio for row in rows if row.accuracy == asked] for asked in (1e-3, 1e-4)}
     assert np.nanmean(np.log(ratios[1e-3])) < 0
     assert np.nanmax(ratios[1e-3]) < 1.2
-    assert 0 < np.nanmean(np.log(ratios[1e-4])) < np.log(1.25)
-    dear = {row.scene: row.ratio for row in rows if row.accuracy == 1e-4 and row.ratio >= 1.8}
-    assert dear.keys() <= {"coarse mu = 0.3"}
-    assert max(dear.values(), default=0.0) < 1.85
+    assert np.nanmean(np.log(ratios[1e-4])) < 0
+    assert np.nanmax(ratios[1e-4]) < 1.25
+    fine = [row for row in rows if row.accuracy == 1e-4]
+    assert all(not row.ratio > 1 for row in fine if row.scene in ("mu = 0.1", "mu = 0.3", "ring", "block", "unloading"))
+    assert 2 * np.isnan([row.ratio for row in fine]).sum() >= len(fine)
 
 
-@pytest.mark.xfail(strict=True, reason="what first yield leaves is most of an error of 1e-4")
+@pytest.mark.xfail(strict=True, reason="41 equal increments of q4p0 take hardly more than a pass each")
 def test_at_1e_4_increments_by_accuracy_cost_a_sixth_more_at_most():
     rows = read_rows(KEPT / "paced.csv", Row)
     assert np.nanmax([row.ratio for row in rows if row.accuracy == 1e-4]) < 7 / 6
