@@ -53,8 +53,8 @@ def attempt_increment(
     refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
     second = control.integration is Integration.BDF2
     halved = None
-    begins = increment.start.length == 0 and is_past_yield(increment) and not increment.loads.changes
-    if second and staged and begins:
+    rests = second and staged and increment.start.length == 0
+    if rests and is_past_yield(increment) and not increment.loads.changes:
         half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
         halved = partial(forms.solve, half, increment.start, None, None)
     return carry_on(increment, partial(forms.solve, increment), refused, second, halved)

@@ -18,7 +18,7 @@ It is a fraction of the force,
   TURNED is an event (a landing) that does not depend on the length of increments; at a scheduled pseudo-time, where no
   increment follows in which its error would decay, it counts in full, as up to one. Where nothing flows, T is zero. A
   first increment, after rest or a kink, has no velocity before it: there T is UNEVEN times the variance of the
-  increment of peeq, with the weights of S, or HALVED of it where it carries on the flow of its own first half. The
+  increment of peeq, with the weights of S, or IN_HALVES of it where it carries on the flow of its own first half. The
   more unevenly a body is strained, the more its motion changes: an upset cylinder has a tenth of the variance of a
   square between nearly smooth tools, in which bands of shear form. A first increment past first yield has a mean
   velocity of both sides of it, so T of the second is the less of the two.
@@ -79,7 +79,7 @@ UNEVEN = 0.4
 0.3 to 1.4 in upset cylinders, rings and blocks, and 2 to 4 in a square and a rough slab, with ten times the variance.
 """
 
-HALVED = 1 / 3
+IN_HALVES = 1 / 3
 """Part of the error of a first increment in one piece that one leaves which carries on the flow of its first half."""
 
 SETTLED, STORED = 1 / 6, 1 / 9
@@ -225,7 +225,7 @@ class _Terms:
         weight, response = self._weight, self.solved.response
         factor, flowed = UNEVEN, response.returned.dpeeq
         if self.start.length == 0 and response.state is not self.start:
-            factor, flowed = HALVED * UNEVEN, flowed + response.state.peeq - self.start.peeq
+            factor, flowed = IN_HALVES * UNEVEN, flowed + response.state.peeq - self.start.peeq
         return factor * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
     @cached_property
