@@ -25,7 +25,6 @@ from bipot.control.landing import locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow, lands_a_face
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
-from bipot.control.yielding import is_past_yield
 from bipot.errors import require, require_type
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache
@@ -36,6 +35,7 @@ from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
+from bipot.yielding import is_past_yield
 
 DIGITS = 2.0
 """Least length of an increment, over the spacing of floating-point numbers at its pseudo-time."""

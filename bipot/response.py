@@ -23,10 +23,10 @@ from bipot.fem.orientation import refuse_folded
 from bipot.fem.projection import Projection
 from bipot.fem.strain import Scratch, Stresses
 from bipot.laws.flow import Flow
-from bipot.laws.von_mises import Returned, TangentKind
+from bipot.laws.von_mises import Returned, TangentKind, isotropic
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
-from bipot.tensors import deviatoric_basis, equivalent_stress, identity, trace
+from bipot.tensors import contract, deviatoric_basis, equivalent_stress, identity, trace
 from bipot.typing import Floats, read_only
 
 ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "translated")
@@ -176,6 +176,13 @@ class Body:
     def _moduli(self, response: Response, kind: TangentKind) -> Floats:
         """C (e, q, s, s) or (s, s) at the response."""
         return self.scene.material.tangent(response.rotated, response.returned, response.state.peeq, kind)
+
+    def softened(self, response: Response, shear: float) -> tuple[Floats, Floats]:
+        """Internal forces (n,) and element matrices (e, dk, dk) of an elastic body with that modulus of ``shear``."""
+        kin = response.kinematics
+        C = isotropic(self.scene.material.elasticity.bulk, 2 * shear, kin.reduction.mandel)
+        forces = element_force(kin, contract(kin.strain, C))
+        return self.space.vector(forces), element_stiffness(kin, C)
 
     def scratch(self) -> Scratch:
         """Memory for :meth:`tangent`."""

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bipot.control.yielding import strain_of
 from bipot.fem.reduction import Geometry
 from bipot.iterate import Increment
 from bipot.laws.hardening import Linear
@@ -25,6 +24,7 @@ from bipot.tools.circle import Circle
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, ShapedTool
+from bipot.yielding import strain_of
 from studies.accuracy.paced import CONTROL
 from studies.fuzz.unfolded import unfolded
 from tests.inclined import turned

@@ -7,7 +7,6 @@ import pytest
 
 from bipot.advance import shortest
 from bipot.control.accepted import Accepted
-from bipot.control.yielding import strain_of
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton
 from bipot.iterate import Increment
@@ -23,6 +22,7 @@ from bipot.system import system_of
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool, ShapedTool
+from bipot.yielding import strain_of
 
 METAL = VonMises(Elasticity(70_000.0, 0.33), Linear(100.0, 500.0))
 STILL = Support("left", 0)

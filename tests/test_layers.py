@@ -21,7 +21,7 @@ LAYERS = (
     ("advance", "system"),
     ("load_change", "past"),
     ("iterate",),
-    ("checks", "limit_analysis", "traction"),
+    ("checks", "limit_analysis", "traction", "yielding"),
     ("forms",),
     ("prediction",),
     ("increment",),

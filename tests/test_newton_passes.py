@@ -8,7 +8,8 @@ import pytest
 
 from bipot import Control, Newton, Schedule, march, upsetting
 from bipot.forms import Cache
-from bipot.forms.newton import BAND_GAP, BAND_LAW, Law, Reuse
+from bipot.forms.newton import Reuse
+from bipot.forms.point import BAND_GAP, BAND_LAW, Law
 from bipot.forms.search import Aim, Search
 from bipot.iterate import Increment
 from bipot.marching import system_of

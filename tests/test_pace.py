@@ -9,7 +9,6 @@ import pytest
 from bipot import Control, Dissipation, FlatTool, Newton, Pressure, Schedule, ShapedTool, march, upsetting
 from bipot.control.estimate import error_estimate
 from bipot.control.lag import lag
-from bipot.control.yielding import is_past_yield
 from bipot.fem.reduction import Geometry
 from bipot.forms.memory import Paced
 from bipot.laws.hardening import Linear
@@ -23,6 +22,7 @@ from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Moment, Turn
 from bipot.tools.surfaces import Plane
+from bipot.yielding import is_past_yield
 from studies.fuzz.unfolded import unfolded
 from tests.scenes import Listed
 

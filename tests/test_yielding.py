@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from bipot import Geometry, Linear, Pressure, Schedule, Support, VonMises, march
-from bipot.control.yielding import follows_yield, is_past_yield, strain_of, yielded_strain
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import system_of
+from bipot.yielding import follows_yield, is_past_yield, strain_of, yielded_strain
 from tests.scenes import scene, tool
 
 AT_YIELD = 300.0 / 210_000.0

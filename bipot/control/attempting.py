@@ -15,7 +15,6 @@ from bipot.certificate import EPS
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
-from bipot.control.yielding import is_past_yield
 from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
 from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
@@ -24,6 +23,7 @@ from bipot.laws.flow import Integration
 from bipot.response import State
 from bipot.tensors import norm
 from bipot.typing import vdot
+from bipot.yielding import is_past_yield
 
 STRAYED = (NotConverged, InvertedElement)
 FAILURES = (*STRAYED, ProgramError)

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.control.yielding import strain_of, yielded_strain
 from bipot.increment import Near, Solved
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, vdot
+from bipot.yielding import strain_of, yielded_strain
 
 TOO_MUCH, TOO_LITTLE = 0.1, 0.2
 NEGLIGIBLE = 1e-6

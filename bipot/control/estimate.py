@@ -23,7 +23,7 @@ It is a fraction of the force,
   square between nearly smooth tools, in which bands of shear form. A first increment past first yield has a mean
   velocity of both sides of it, so T of the second is the less of the two.
 * An increment that ends before the body has long yielded, by its strain since rest or a kink
-  (:func:`bipot.control.yielding.yielded_strain`), ends where the body begins to yield, while the force still follows
+  (:func:`bipot.yielding.yielded_strain`), ends where the body begins to yield, while the force still follows
   the strain of what has not yielded. Then T is replaced by Y = min(|v - v_0|/|v|, 1) h/20, which a first increment adds
   to its T, with h <= 1 the strain of the increment over that at yield. Where loads, or forces on tools, change, the
   force is given and the error is one of the displacement: h is then no less than the body's strain in the increment
@@ -60,13 +60,13 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import Lag, lag
-from bipot.control.yielding import flows, follows_yield, is_past_yield, strain_of, yield_strain
 from bipot.fem.kinematics import Kinematics
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
 from bipot.scene.symmetry import own_share
 from bipot.typing import Floats, vdot
+from bipot.yielding import flows, follows_yield, is_past_yield, strain_of, yield_strain
 
 GATHERED = 2.5
 """The sum of the errors that increments leave, over the error of one."""
@@ -178,7 +178,7 @@ class _Terms:
 
     @property
     def _yields(self) -> bool:
-        return flows(self.solved)
+        return flows(self.solved.iterate)
 
     @cached_property
     def _power(self) -> Floats:

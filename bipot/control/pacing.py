@@ -11,7 +11,7 @@ motion. One that ends at a scheduled pseudo-time has no next: if a face lands in
 counts what a turn of the motion leaves in full.
 
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
-has the strain at which a body has long yielded (:mod:`bipot.control.yielding`), at least ONSET sqrt(accuracy) and at
+has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at
 most GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry,
 over the body's extent. The strain by a load that changes is not known, a tool that turns may only roll, and a curved
 one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. If flow begins
@@ -31,12 +31,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.contact.closeness import carries
-from bipot.control.yielding import flows, strain_of, yielded_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
 from bipot.tools.surfaces import Plane
+from bipot.yielding import flows, strain_of, yielded_strain
 
 ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
@@ -83,14 +83,14 @@ passes than QUICK the next increment is not longer than the last."""
 
 def begins_flow(start: State, solved: Solved) -> bool:
     """Whether there is flow in the increment ``solved`` from ``start``, at rest or with none that was carried on."""
-    return flows(solved) and (solved.response.state is start or start.length == 0)
+    return flows(solved.iterate) and (solved.response.state is start or start.length == 0)
 
 
 def lands_a_face(solved: Solved) -> bool:
     """Whether a tool gets much of its contact in the increment, and the body flows."""
     owned = solved.iterate.increment.system.candidates.owned
     landed, borne = owned[:, solved.landed].sum(axis=1), owned[:, carries(solved.r)].sum(axis=1)
-    return flows(solved) and bool((landed > FACE * borne).any())
+    return flows(solved.iterate) and bool((landed > FACE * borne).any())
 
 
 @dataclass(frozen=True)

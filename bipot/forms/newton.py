@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -12,28 +11,16 @@ from bipot.conic.problem import Claim, Timing
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
-from bipot.forms.search import FOLDED, Aim, Point, Search
+from bipot.forms.outset import flow_from_rest, resisted, touching
+from bipot.forms.point import Law, Point
+from bipot.forms.search import FOLDED, Aim, Search
 from bipot.iterate import Iterate
-from bipot.programs.data import ContactRows, Stopwatch
+from bipot.programs.data import Stopwatch
 from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
-from bipot.programs.pieces import Deadband, Pieces
-from bipot.tools.surfaces import ACROSS
-from bipot.typing import Bools, Floats, Ints, make_floats, max_abs, vdot
-
-BAND_PULL, BAND_GAP = 1e-9, 1e-11
-"""Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
-
-FAINT = 1e-14
-"""Gaps and slips below this part of the largest place and displacement are round-off of these."""
-
-BAND_LAW = 1e-10
-"""Dead band of the gap, as a force over the largest contact force: far below the bound on the law."""
-
-NEAR_ENOUGH, TRIALS = (0.5, 2.0), 40
-"""Range of the force of contacts on a tool over its driving force that is accurate enough for a starting point, and the
-most trials to get there."""
+from bipot.programs.pieces import Pieces
+from bipot.typing import Floats, make_floats, max_abs
 
 
 @dataclass(frozen=True)
@@ -55,44 +42,6 @@ class Reuse:
         for name in ("fall", "turn", "near"):
             value = getattr(self, name)
             require(0 <= value < 1, f"newton.reuse.{name}", value, "in [0, 1)")
-
-
-@dataclass(frozen=True)
-class Law:
-    """The contacts of an increment with their frames and scale (c,): turns iterates into points.
-
-    ``present`` is the largest contact force at the increment's start.
-    """
-
-    frames: Frames
-    scale: Floats
-    present: float
-
-    def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
-        """The point of an iterate and forces r (c, d), after the ``last`` pieces of the attempt if there are any."""
-        rows, residual, motion = iterate.rows, iterate.residual, iterate.motion
-        largest = max(max_abs(r), self.present)
-        gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
-        clear = motion if last is not None else _without_round_off(iterate, motion)
-        pieces = Pieces.of(rows, clear, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
-        if iterate.measured is not None:
-            pieces = replace(pieces, measured=iterate.measured)
-        balance, miss = residual - rows.forces(r), pieces.value(motion, r)
-        merit = math.sqrt(float(balance @ balance) + vdot(miss, miss))
-        return Point(iterate, r, motion, pieces, miss, merit)
-
-    def frames_at(self, iterate: Iterate) -> Frames:
-        """The contacts' frames at an iterate."""
-        return self.frames.turned(iterate.rows) if iterate.increment.system.candidates.curved else self.frames
-
-
-def _without_round_off(iterate: Iterate, motion: Floats) -> Floats:
-    """The ``motion`` (c, d) with zero for round-off, which would choose the pieces where an attempt begins.
-
-    Without forces yet, a gap of 1e-17 is an open contact and such a slip slides: nothing may hold the body then.
-    """
-    places = max(max_abs(iterate.increment.start.nodes), max_abs(iterate.response.du))
-    return np.where(np.abs(motion) > FAINT * places, motion, 0.0)
 
 
 @dataclass(frozen=True)
@@ -129,7 +78,7 @@ class Newton:
         return Memory(setup, Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces)))
 
     def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:
-        """One step with a line search; a factorisation unless the last one still serves.
+        """One step with a line search, or the flow of a body at rest; a factorisation unless the last one still serves.
 
         Raises:
             ProgramError: the matrix is singular.
@@ -137,6 +86,10 @@ class Newton:
         """
         clock = Stopwatch()
         began = clock.outside()
+        if state.here is None:
+            flow = flow_from_rest(iterate, state.law, state.setup, self.linear)
+            if flow is not None:
+                return _answer(flow, Timing(solve=clock.outside() - began)), replace(state, here=flow)
         here = state.here or self._first(iterate, r, state)
         merits = (*state.merits, here.merit)
         frames = state.law.frames_at(here.iterate)
@@ -145,10 +98,7 @@ class Newton:
         dx, new = linearised.step(iterate.residual, here.miss, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
-        # Where a contact has no force, the solution of its row is round-off; caps are those of the new iterate.
-        forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
-        step = Step(there.iterate, forces, Claim.SOLVED, 1, timing, error=there.error)
-        return step, replace(state, linearised=linearised, merits=merits, here=there)
+        return _answer(there, timing), replace(state, linearised=linearised, merits=merits, here=there)
 
     def _first(self, iterate: Iterate, r: Floats, state: Memory) -> Point:
         """The point where the first pass begins: tools that forces drive and nothing resists are moved to the body."""
@@ -200,47 +150,8 @@ class Newton:
         return best
 
 
-def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:
-    """Which tool coordinates ``tools`` (s,) change the law of any contact, with its slopes ``by_motion`` (c, d, d).
-
-    Round-off does not count: a sliding contact in space resists motion along its slip by a difference of zero.
-    """
-    motion = np.zeros((*by_motion.shape[:2], len(tools)))
-    motion[:, 0] = rows.G_n[:, tools].toarray()
-    motion[rows.frictional, 1:] = rows.G_t[:, tools].toarray().reshape(-1, rows.tangents, len(tools))
-    change, most = np.abs(by_motion @ motion), np.abs(by_motion) @ np.abs(motion)
-    return np.asarray((change > ACROSS * most).any(axis=(0, 1)))
-
-
-def touching(iterate: Iterate, coordinates: Ints, stiffness: Floats) -> Iterate:
-    """The iterate with the tool ``coordinates`` (m,) moved until the contacts push back about as hard as the force.
-
-    Before first contact Newton's matrix is singular. A contact pushes by ``stiffness`` (c,) times its depth in the
-    tool, while the body rests. A tool that meets nothing stays where it is.
-    """
-    for coordinate in coordinates.tolist():
-        iterate = _moved(iterate, coordinate, stiffness)
-    return iterate
-
-
-def _moved(iterate: Iterate, coordinate: int, stiffness: Floats) -> Iterate:
-    """The iterate with one tool moved by :func:`touching`."""
-    force = -float(iterate.residual[coordinate])
-    comes = -np.sign(force) * iterate.rows.G_n[:, [coordinate]].toarray()[:, 0]
-    meets = np.flatnonzero(comes > 0)
-    if not meets.size:
-        return iterate
-    # The first trial is about where the first contact alone would carry the force.
-    ways = iterate.motion[meets, 0] / comes[meets] + abs(force) / (stiffness[meets] * comes[meets] ** 2)
-    near, far, way = 0.0, np.inf, float(ways.min())
-    for _ in range(TRIALS):
-        x = iterate.x.copy()
-        x[coordinate] += np.sign(force) * way
-        there = iterate.increment.at(x)
-        pushed = stiffness * np.maximum(-there.motion[:, 0], 0.0)
-        part = -float(pushed @ there.rows.G_n[:, [coordinate]].toarray()[:, 0]) / force
-        if NEAR_ENOUGH[0] <= part <= NEAR_ENOUGH[1]:
-            return there
-        near, far = (way, far) if part < 1 else (near, way)
-        way = (near + far) / 2 if np.isfinite(far) else 2 * way
-    return iterate
+def _answer(point: Point, timing: Timing) -> Step:
+    """The answer of a pass that ends at the ``point``."""
+    # Where a contact has no force, the solution of its row is round-off; caps are those of the new iterate.
+    forces = point.pieces.at_caps(np.where(point.pieces.none, 0.0, point.r))
+    return Step(point.iterate, forces, Claim.SOLVED, 1, timing, error=point.error)

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import NamedTuple
-
-import numpy as np
 
 from bipot.errors import require, require_count
-from bipot.iterate import Iterate
-from bipot.programs.frames import SOFTENED
-from bipot.programs.pieces import Pieces
-from bipot.typing import Floats, make_floats, vdot
+from bipot.forms.point import Point
+from bipot.typing import Floats, make_floats
 
 
 @dataclass(frozen=True)
@@ -57,36 +51,6 @@ NARROWED = 0.15, 0.75
 
 FOLDED = -4.0
 """The value of g(t)/g(0) assumed for a step that folds an element, which is much too long."""
-
-
-class Point(NamedTuple):
-    """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, ``miss``, merit.
-
-    ``miss`` (c, d) is the residual of the law, and the merit |(rho - G' r, miss)|, both in units of force.
-    """
-
-    iterate: Iterate
-    r: Floats
-    motion: Floats
-    pieces: Pieces
-    miss: Floats
-    merit: float
-
-    @property
-    def error(self) -> float:
-        """The merit over the norm of the forces; inf if there are none."""
-        present = math.sqrt(vdot(self.r, self.r))
-        return self.merit / present if present else np.inf
-
-    def work(self, along: Floats, r: Floats) -> float:
-        """Work, along a step (n,), of the body's forces that contact forces r (c, d) leave unbalanced."""
-        return float(along @ (self.iterate.residual - self.iterate.rows.forces(r)))
-
-    def landing(self, before: Pieces, driven: Floats) -> float:
-        """Work of the elastic stiffness at contacts open ``before`` along ``driven`` (n,), the step of driven tools."""
-        depth = np.where(before.closed, 0.0, np.maximum(-self.motion[:, 0], 0.0))
-        deeper = -(self.iterate.rows.G_n @ driven)
-        return float((before.scale / SOFTENED * depth) @ deeper)
 
 
 class Aim:

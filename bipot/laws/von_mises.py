@@ -56,7 +56,7 @@ class TangentKind(Enum):
 
 
 @cache
-def _isotropic(volumetric: float, deviatoric: float, size: int) -> Floats:
+def isotropic(volumetric: float, deviatoric: float, size: int) -> Floats:
     """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s), read-only; kept, because every pass asks for it."""
     unit = identity(size)
     tensor = volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size)
@@ -94,11 +94,11 @@ class Elasticity:
 
     def stiffness(self, size: int) -> Floats:
         """C^e = K 1 ⊗ 1 + 2 G I_dev of (6), shape (s, s), read-only."""
-        return _isotropic(self.bulk, 2.0 * self.shear, size)
+        return isotropic(self.bulk, 2.0 * self.shear, size)
 
     def compliance(self, size: int) -> Floats:
         """Inverse of :meth:`stiffness`, 1 ⊗ 1 / (9 K) + I_dev / (2 G), shape (s, s), read-only."""
-        return _isotropic(1.0 / (9.0 * self.bulk), 1.0 / (2.0 * self.shear), size)
+        return isotropic(1.0 / (9.0 * self.bulk), 1.0 / (2.0 * self.shear), size)
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def _moduli(bulk: float, deviatoric: Floats, factor: Floats, N: Floats) -> Float
     out = einsum("...i,...j->...ij", N, N)
     out *= -factor[..., None, None]
     out += np.multiply.outer(deviatoric, deviatoric_projector(size))
-    out += _isotropic(bulk, 0.0, size)
+    out += isotropic(bulk, 0.0, size)
     return out
 
 

@@ -9,8 +9,7 @@ import numpy as np
 
 from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
-from bipot.increment import Solved
-from bipot.iterate import Increment
+from bipot.iterate import Increment, Iterate
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.surfaces import imaged
@@ -50,11 +49,11 @@ def _since_turn(increment: Increment, tau: float) -> tuple[float, float]:
     return strain_of(increment) * length / (increment.tau - begun), yielded_strain(increment.system, turn > 0)
 
 
-def flows(solved: Solved) -> bool:
+def flows(iterate: Iterate) -> bool:
     """Whether there is flow, by more strain than round-off, by which a resting body at yield flows here or there."""
-    strain = float(norm(solved.response.kinematics.strain).max())
-    is_strained = strain > ROUND_OFF * yield_strain(solved.iterate.increment.system)
-    return is_strained and bool(solved.response.returned.plastic.any())
+    strain = float(norm(iterate.response.kinematics.strain).max())
+    is_strained = strain > ROUND_OFF * yield_strain(iterate.increment.system)
+    return is_strained and bool(iterate.response.returned.plastic.any())
 
 
 def yield_strain(system: System) -> float:

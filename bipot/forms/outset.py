@@ -1,0 +1,141 @@
+"""Where Newton's iteration begins: tools that forces drive are moved to the body, and a body at rest begins to flow.
+
+An increment from rest that goes far past first yield leads nowhere near the elastic answer, from which Newton finds its
+way back in short steps. Its first pass instead lets a body flow that is elastic with the secant shear modulus
+
+    G_s = sigma_Y / (3 eps),    eps the strain by which tools and supports go (:func:`bipot.yielding.strain_of`),
+
+nearly incompressible as plastic flow is, at contacts without friction where tools touch it at rest. All of them then
+slide, and friction goes with the slip.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.errors import InvertedElement, NotConverged, ProgramError
+from bipot.fem.reduction import Geometry
+from bipot.forms.memory import Setup
+from bipot.forms.point import Law, Point
+from bipot.iterate import Increment, Iterate
+from bipot.programs.data import ContactRows
+from bipot.programs.factors import LinearSolver
+from bipot.programs.newton import Linearised
+from bipot.programs.pieces import Pieces
+from bipot.tools.surfaces import ACROSS
+from bipot.typing import Bools, Floats, Ints
+from bipot.yielding import ROUND_OFF, strain_of, yielded_strain
+
+LEAST = 1e-5
+"""Secant shear modulus over the bulk modulus below which pressures of such flow would be round-off."""
+
+NEAR_ENOUGH, TRIALS = (0.5, 2.0), 40
+"""Range of the force of contacts on a tool over its driving force that is accurate enough for a starting point, and the
+most trials to get there."""
+
+
+def flow_from_rest(iterate: Iterate, law: Law, setup: Setup, linear: LinearSolver) -> Point | None:
+    """The point to which the body flows in an increment from rest (module docstring), None where there is none.
+
+    None, too, if an element folds in such flow.
+    """
+    increment, rows = iterate.increment, iterate.rows
+    shear = flow_modulus(increment)
+    if not shear:
+        return None
+    internal, element = increment.system.body.softened(iterate.response, shear)
+    unloaded = np.zeros((rows.count, 1 + rows.tangents))
+    pieces = _pieces_of_flow(iterate, law, unloaded)
+    residual = internal + iterate.residual - iterate.response.internal
+    with suppress(InvertedElement, NotConverged, ProgramError):
+        flow = Linearised.of(setup.data(element), law.frames_at(iterate), pieces, linear)
+        dx, r = flow.step(residual, pieces.value(iterate.motion, unloaded), unloaded)
+        there, r = increment.at(iterate.x + dx), np.where(pieces.none, 0.0, r)
+        r[~rows.tied, 0] = np.maximum(r[~rows.tied, 0], 0.0)
+        slipped = law.point(there, r, None)
+        # Friction that goes with the slip is what the law misses.
+        slides = slipped.pieces.closed & slipped.pieces.disc.slides
+        r[slides, 1:] -= slipped.miss[slides, 1:]
+        return law.point(there, r, None)
+    return None
+
+
+def flow_modulus(increment: Increment) -> float:
+    """G_s of an increment from rest that goes far past first yield (:func:`bipot.yielding.yielded_strain`), else zero.
+
+    Where forces drive tools or loads change, no strain is known beforehand, and in plane strain flow gathers in bands
+    of shear, of which this one knows nothing.
+    """
+    body, start = increment.system.body, increment.start
+    loaded = bool(body.scene.drives) or increment.loads.changes
+    confined = body.scene.geometry is Geometry.PLANE_STRAIN
+    if start.length or start.stress.any() or loaded or confined or body.scene.material.drifts:
+        return 0.0
+    strain, material = strain_of(increment), body.scene.material
+    if strain < yielded_strain(increment.system, turned=False) * (1 - ROUND_OFF) or not strain:
+        return 0.0
+    shear = float(material.yield_stress(strain)) / (3 * strain)
+    return shear if shear > LEAST * material.elasticity.bulk else 0.0
+
+
+def _pieces_of_flow(iterate: Iterate, law: Law, unloaded: Floats) -> Pieces:
+    """The law without friction at the contacts that touch at the start, or with sticking ones where that holds no body.
+
+    If none touches, those that the tools have reached count. A body that folds onto a tool would be pinned there.
+    """
+    rows, system = iterate.rows, iterate.increment.system
+    touching = iterate.increment.tools.closed
+    smooth = Pieces.of(replace(rows, mu=np.where(rows.tied, rows.mu, 0.0)), iterate.motion, unloaded, law.scale)
+    closed = smooth.closed & touching if touching.any() else smooth.closed
+    held = np.linalg.matrix_rank(rows.G_n[np.flatnonzero(closed)] @ system.rigid) == system.rigid.shape[1]
+    pieces = smooth if held else Pieces.of(rows, iterate.motion, unloaded, law.scale)
+    return replace(pieces, closed=closed, measured=iterate.measured)
+
+
+def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:
+    """Which tool coordinates ``tools`` (s,) change the law of any contact, with its slopes ``by_motion`` (c, d, d).
+
+    Round-off does not count: a sliding contact in space resists motion along its slip by a difference of zero.
+    """
+    motion = np.zeros((*by_motion.shape[:2], len(tools)))
+    motion[:, 0] = rows.G_n[:, tools].toarray()
+    motion[rows.frictional, 1:] = rows.G_t[:, tools].toarray().reshape(-1, rows.tangents, len(tools))
+    change, most = np.abs(by_motion @ motion), np.abs(by_motion) @ np.abs(motion)
+    return np.asarray((change > ACROSS * most).any(axis=(0, 1)))
+
+
+def touching(iterate: Iterate, coordinates: Ints, stiffness: Floats) -> Iterate:
+    """The iterate with the tool ``coordinates`` (m,) moved until the contacts push back about as hard as the force.
+
+    Before first contact Newton's matrix is singular. A contact pushes by ``stiffness`` (c,) times its depth in the
+    tool, while the body rests. A tool that meets nothing stays where it is.
+    """
+    for coordinate in coordinates.tolist():
+        iterate = _moved(iterate, coordinate, stiffness)
+    return iterate
+
+
+def _moved(iterate: Iterate, coordinate: int, stiffness: Floats) -> Iterate:
+    """The iterate with one tool moved by :func:`touching`."""
+    force = -float(iterate.residual[coordinate])
+    comes = -np.sign(force) * iterate.rows.G_n[:, [coordinate]].toarray()[:, 0]
+    meets = np.flatnonzero(comes > 0)
+    if not meets.size:
+        return iterate
+    # The first trial is about where the first contact alone would carry the force.
+    ways = iterate.motion[meets, 0] / comes[meets] + abs(force) / (stiffness[meets] * comes[meets] ** 2)
+    near, far, way = 0.0, np.inf, float(ways.min())
+    for _ in range(TRIALS):
+        x = iterate.x.copy()
+        x[coordinate] += np.sign(force) * way
+        there = iterate.increment.at(x)
+        pushed = stiffness * np.maximum(-there.motion[:, 0], 0.0)
+        part = -float(pushed @ there.rows.G_n[:, [coordinate]].toarray()[:, 0]) / force
+        if NEAR_ENOUGH[0] <= part <= NEAR_ENOUGH[1]:
+            return there
+        near, far = (way, far) if part < 1 else (near, way)
+        way = (near + far) / 2 if np.isfinite(far) else 2 * way
+    return iterate
