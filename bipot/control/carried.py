@@ -118,7 +118,7 @@ class CarriedFlow:
             return False
         if solved.landed.size:
             return False
-        return strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
+        return strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, None)
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import Lag, lag
-from bipot.control.yielding import flows, follows_yield, is_past_yield, strain_of, yield_strain
+from bipot.control.yielding import flows, follows_yield, hardened, is_past_yield, strain_of, yield_strain
 from bipot.fem.kinematics import Kinematics
 from bipot.increment import Solved
 from bipot.iterate import Increment
@@ -239,7 +239,7 @@ class _Terms:
     @property
     def _over_yield(self) -> float:
         """h, not yet bounded by one (module docstring)."""
-        at_yield, known = yield_strain(self._increment.system), strain_of(self._increment)
+        known, at_yield = strain_of(self._increment), yield_strain(self._increment.system, hardened(self._increment))
         if not self._increment.loads.changes:
             return known / at_yield
         volume = self._kin.volume

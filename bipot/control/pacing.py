@@ -152,6 +152,6 @@ class Pacer:
             return most, 0.0
         # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
-        far = yielded_strain(system, state.length > 0)
+        far = yielded_strain(system, state.peeq if state.length > 0 else None)
         strain = min(max(least, far), GROWTH * least)
         return max(min(strain / strained * stretch, most), LEAST_LENGTH), far / strained * stretch
