@@ -65,11 +65,12 @@ class CarriedFlow:
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @staticmethod
-    def of_half(half: Solved) -> CarriedFlow:
-        """That of the first ``half`` of an increment, as if the second flowed as much."""
+    def of_half(half: Solved) -> CarriedFlow | None:
+        """That of the first ``half`` of an increment, as if the second flowed as much; None where nothing flowed."""
         returned, kin = half.response.returned, half.response.kinematics
         flow = Flow(kin.turned_back(returned.plastic_strain), returned.dpeeq)
-        return CarriedFlow(flow, 1.0, np.asarray(flow.strain.any(axis=-1)), within=1.0)
+        on = np.asarray(flow.strain.any(axis=-1))
+        return CarriedFlow(flow, 1.0, on, within=1.0) if on.any() else None
 
     @property
     def fraction(self) -> Floats:
