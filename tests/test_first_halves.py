@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from bipot.control.attempting import attempt_increment
+from bipot.control.carried import CarriedFlow, Flowed
 from bipot.control.reason import ReasonKind
 from bipot.control.yielding import is_past_yield, yielded_strain
 from bipot.fem.reduction import Geometry
 from bipot.forms import Cache
+from bipot.increment import Near
 from bipot.iterate import Increment
 from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -99,6 +101,32 @@ def test_a_body_that_has_hardened_yields_later_after_a_turn_whatever_is_carried_
     assert far > 1.02 * yielded_strain(increment.system, np.zeros_like(own.start.peeq))
     assert is_past_yield(increment)
     assert not any(reason.kind is ReasonKind.ACCURACY for reason in own.reasons)
+
+
+def test_points_whose_flow_stopped_keep_what_flowed_within_the_increment():
+    half = first(pressed_block(), landings=(0.05,)).solved
+    carried = CarriedFlow.of_half(half)
+    assert carried is not None
+    np.testing.assert_array_equal(carried.fraction[carried.on], 1 + 1 / 3)
+    np.testing.assert_array_equal(replace(carried, on=np.zeros_like(carried.on)).fraction, 1.0)
+
+
+def test_points_whose_flow_stopped_do_not_hide_how_much_the_others_flow():
+    """What they flowed in the first half counted as flow that was taken back in the second."""
+    half = first(pressed_block(), landings=(0.05,)).solved
+    increment, carried = half.iterate.increment, CarriedFlow.of_half(half)
+    assert carried is not None
+    body, start, x = increment.system.body, increment.start, half.response.x
+
+    def measured(times):
+        stops = np.arange(len(start.peeq))[:, None] % 2 * np.ones_like(start.peeq)
+        begun = body.carried_on(start, carried.last.times(np.where(stops > 0, times, carried.fraction)))
+        return Flowed.of(increment.system, carried, Near(replace(increment, start=begun).at(2 * x), half.r))
+
+    none, some = measured(carried.fraction), measured(20.0)
+    assert not none.stopped.any()
+    assert some.stopped.any()
+    assert 0.2 * none.overall < some.overall < none.overall
 
 
 def test_what_is_carried_on_is_no_load_of_another_path():

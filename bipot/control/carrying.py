@@ -27,7 +27,8 @@ resolves how the stress follows.
 
 An increment from rest has no last flow: where a fine accuracy chooses increments, it carries on that of its own first
 half, which is attempted beforehand: backward Euler in the first half, and BDF2 in the second. So it is, with any
-accuracy, where backward Euler would stand after a turn and the body flows.
+accuracy, where backward Euler would stand after a turn and the body flows. What flowed in the first half lies within
+the increment: points whose flow stopped keep it, and drop only what was carried on besides.
 
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
