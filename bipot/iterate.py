@@ -33,13 +33,15 @@ from bipot.typing import Floats, max_abs, vdot
 class Increment:
     """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share.
 
-    Where flow is carried on into it, ``accepted`` is the state before, whose stress is in balance with its loads.
+    Where flow is carried on into it, ``accepted`` is the state before, whose stress is in balance with its loads, and
+    ``in_halves`` says whether that is the flow of its own first half.
     """
 
     system: System
     start: State
     tau: float
     accepted: State | None = None
+    in_halves: bool = False
 
     @cached_property
     def rows(self) -> ContactRows:

@@ -101,7 +101,7 @@ class Shared:
 
     def attempt(self, increment: Increment, largest: float, sparing: bool = False, halves: bool = False) -> Attempt:
         """Try the increment, or give up early if it is to be halved instead: see :func:`attempt_increment`."""
-        options = sparing, halves, self.pacer is not None and self.pacer.halves
+        options = sparing, halves, self.pacer is not None and self.pacer.halves(increment.start)
         return attempt_increment(increment, self.control, self.cache, largest, self.observe, *options)
 
 

@@ -48,6 +48,12 @@ class System:
         """The scene's loads on the body's unknowns."""
         return Loading(self.body.space, self.body.scene.loads)
 
+    @cached_property
+    def parts(self) -> Floats:
+        """What part (e, q) of the body's volume at rest is that of a point."""
+        volume = self.body.space.gradients(self.body.scene.mesh.nodes).volume
+        return volume / float(volume.sum())
+
     def load(self, nodal: Floats, tau: float) -> Floats:
         """The load on the unknowns (n,): ``nodal`` loads (a, d) and the driving forces of tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))

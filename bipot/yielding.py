@@ -13,11 +13,11 @@ from bipot.iterate import Increment, Iterate
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.surfaces import imaged
-from bipot.typing import Floats
+from bipot.typing import Floats, vdot
 
 YIELDING, CONFINED, TURNED_ROUND = 10.0, 1.2, 2.0
 """A body has long yielded at YIELDING times the strain at yield: CONFINED times that in plane strain, TURNED_ROUND
-times after a kink."""
+times after a kink, where a body that has hardened has the mean yield stress that it has there."""
 
 ROUND_OFF = 1e-6
 """Relative round-off of these strains; a strain below this part of that at yield counts as none."""
@@ -25,7 +25,7 @@ ROUND_OFF = 1e-6
 
 def is_past_yield(increment: Increment) -> bool:
     """Whether the increment ends so far from rest or the last kink that the body has long yielded there."""
-    strain, far = _since_turn(increment, increment.tau)
+    strain, far = _since_turn(increment, increment.tau), yielded_strain(increment.system, hardened(increment))
     if strain == 0:
         # Loads let a body yield bit by bit to the end.
         return not increment.loads.changes
@@ -38,15 +38,24 @@ def follows_yield(increment: Increment) -> bool:
     turn, _ = increment.paces.since_turn(start.tau, increment.tau)
     if start.tau - start.length > turn + ROUND_OFF * start.length:
         return False
-    strain, far = _since_turn(increment, start.tau)
-    return strain >= far * (1 - ROUND_OFF)
+    peeq = hardened(increment)
+    if peeq is not None and start.flow is not None:
+        peeq = peeq - start.flow.peeq
+    return _since_turn(increment, start.tau) >= yielded_strain(increment.system, peeq) * (1 - ROUND_OFF)
 
 
-def _since_turn(increment: Increment, tau: float) -> tuple[float, float]:
-    """The strain from rest or the last kink to ``tau``, at the ``increment``'s rates, and :func:`yielded_strain`."""
+def hardened(increment: Increment) -> Floats | None:
+    """peeq (e, q) at the start of an increment whose path has turned since rest, None of another."""
+    start = increment.accepted or increment.start
+    turn, _ = increment.paces.since_turn(start.tau, increment.tau)
+    return start.peeq if turn > 0 else None
+
+
+def _since_turn(increment: Increment, tau: float) -> float:
+    """The strain from rest or the last kink to ``tau``, at the ``increment``'s rates."""
     begun = increment.start.tau
-    turn, length = increment.paces.since_turn(begun, tau)
-    return strain_of(increment) * length / (increment.tau - begun), yielded_strain(increment.system, turn > 0)
+    _, length = increment.paces.since_turn(begun, tau)
+    return strain_of(increment) * length / (increment.tau - begun)
 
 
 def flows(iterate: Iterate) -> bool:
@@ -56,17 +65,18 @@ def flows(iterate: Iterate) -> bool:
     return is_strained and bool(iterate.response.returned.plastic.any())
 
 
-def yield_strain(system: System) -> float:
-    """The yield stress at rest over Young's modulus."""
+def yield_strain(system: System, peeq: Floats | None = None) -> float:
+    """The yield stress over Young's modulus: at rest, or the mean of a body hardened by ``peeq`` (e, q)."""
     material = system.body.scene.material
-    return float(material.yield_stress(0.0)) / material.elasticity.young
+    sigma_y = material.yield_stress(0.0) if peeq is None else vdot(system.parts, material.yield_stress(peeq))
+    return float(sigma_y) / material.elasticity.young
 
 
-def yielded_strain(system: System, turned: bool) -> float:
-    """The strain at which a body has long yielded, from rest, or after a kink if it has ``turned`` round."""
+def yielded_strain(system: System, turned: Floats | None) -> float:
+    """The strain at which a body has long yielded, from rest, or after a kink at which it had the peeq ``turned``."""
     confined = system.body.scene.geometry is Geometry.PLANE_STRAIN
-    far = YIELDING * (CONFINED if confined else 1.0) * (TURNED_ROUND if turned else 1.0)
-    return far * yield_strain(system)
+    far = YIELDING * (CONFINED if confined else 1.0) * (1.0 if turned is None else TURNED_ROUND)
+    return far * yield_strain(system, turned)
 
 
 def strain_of(increment: Increment) -> float:

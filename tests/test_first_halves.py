@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from bipot.control.attempting import attempt_increment
+from bipot.control.carried import CarriedFlow, Flowed
+from bipot.control.reason import ReasonKind
 from bipot.fem.reduction import Geometry
 from bipot.forms import Cache
+from bipot.increment import Near
 from bipot.iterate import Increment
-from bipot.laws.hardening import Linear
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Schedule, march, system_of
 from bipot.meshes.sections import block
@@ -18,8 +21,9 @@ from bipot.paths import Amplitude
 from bipot.scene.loads import Pressure
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
+from bipot.yielding import is_past_yield, yielded_strain
 from studies.accuracy.paced import CONTROL
-from studies.accuracy.paced_scenes import pressed_block, pressed_ring
+from studies.accuracy.paced_scenes import BACK, cylinder, pressed_block, pressed_ring
 
 MATERIAL = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 300.0))
 
@@ -45,6 +49,84 @@ def test_the_first_increment_errs_by_a_third_of_backward_euler_at_most(scene):
     assert one > 1e-4
     assert halved < one / 3
     assert (own.number, own.start.tau) == (1, 0.0)
+
+
+def to_and_fro(hardening):
+    """A block between clamped ends that come together by thirty yield strains, go apart by twice as much, and back."""
+    down = Prescribed("top", 1, -0.045, Amplitude(((0.0, 0.0), (1 / 3, 1.0), (2 / 3, -1.0), (1.0, 1.0))))
+    held = (Support("base", 0), Support("base", 1), Support("top", 0))
+    return Scene(block(1.5, 1.0, 3, 2), Geometry.PLANE_STRAIN, VonMises(Elasticity(2e5, 0.3), hardening), (*held, down))
+
+
+def pulled(step):
+    """The force of the upper end."""
+    forces = step.solved.iterate.reactions(step.solved.r)
+    return forces[step.scene.mesh.boundary_nodes("top"), 1].sum()
+
+
+def test_where_a_path_turns_the_first_increment_carries_on_its_own_half_at_any_accuracy():
+    """Backward Euler in one piece left three times as much, and more in bodies that harden."""
+    scene, turn = to_and_fro(Perfect(300.0)), 2 / 3
+    steps = list(march(scene, Schedule(accuracy=1e-3), CONTROL))
+    k, own = next((k, step) for k, step in enumerate(steps) if step.start.tau == turn)
+    assert own.solved.iterate.increment.in_halves
+
+    def refined(parts):
+        ends = tuple(np.linspace(turn, own.state.tau, parts + 1)[1:].tolist())
+        course = steps[k - 1].course
+        return next(
+            pulled(step)
+            for step in march(scene, Schedule(1, landings=ends), CONTROL, course)
+            if step.state.tau == own.state.tau
+        )
+
+    exact, euler = refined(32), refined(1)
+    assert abs(pulled(own) - exact) < abs(euler - exact) / 3
+
+
+def test_where_a_body_springs_back_from_a_turn_there_is_no_half():
+    steps = list(march(cylinder(0.1, elements=2, path=BACK), Schedule(accuracy=1e-3), CONTROL))
+    back = [step for step in steps if step.start.tau >= 0.5]
+    assert [step.solved.iterate.increment.in_halves for step in back] == [False]
+    assert is_past_yield(back[0].solved.iterate.increment)
+
+
+def test_a_body_that_has_hardened_yields_later_after_a_turn_whatever_is_carried_on():
+    """What the first half flowed is no hardening at the start: the estimate took the increment for one before yield."""
+    steps = march(to_and_fro(Linear(300.0, 500.0)), Schedule(accuracy=2e-3), CONTROL)
+    own = next(step for step in steps if step.start.tau == 1 / 3)
+    increment = own.solved.iterate.increment
+    assert increment.in_halves
+    far = yielded_strain(increment.system, own.start.peeq)
+    assert far > 1.02 * yielded_strain(increment.system, np.zeros_like(own.start.peeq))
+    assert is_past_yield(increment)
+    assert not any(reason.kind is ReasonKind.ACCURACY for reason in own.reasons)
+
+
+def test_points_whose_flow_stopped_keep_what_flowed_within_the_increment():
+    half = first(pressed_block(), landings=(0.05,)).solved
+    carried = CarriedFlow.of_half(half)
+    assert carried is not None
+    np.testing.assert_array_equal(carried.fraction[carried.on], 1 + 1 / 3)
+    np.testing.assert_array_equal(replace(carried, on=np.zeros_like(carried.on)).fraction, 1.0)
+
+
+def test_points_whose_flow_stopped_do_not_hide_how_much_the_others_flow():
+    """What they flowed in the first half counted as flow that was taken back in the second."""
+    half = first(pressed_block(), landings=(0.05,)).solved
+    increment, carried = half.iterate.increment, CarriedFlow.of_half(half)
+    assert carried is not None
+    body, start, x = increment.system.body, increment.start, half.response.x
+
+    def measured(times):
+        stops = np.arange(len(start.peeq))[:, None] % 2 * np.ones_like(start.peeq)
+        begun = body.carried_on(start, carried.last.times(np.where(stops > 0, times, carried.fraction)))
+        return Flowed.of(increment.system, carried, Near(replace(increment, start=begun).at(2 * x), half.r))
+
+    none, some = measured(carried.fraction), measured(20.0)
+    assert not none.stopped.any()
+    assert some.stopped.any()
+    assert 0.2 * none.overall < some.overall < none.overall
 
 
 def test_what_is_carried_on_is_no_load_of_another_path():

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.control.carrying import Attempt, carry_on
+from bipot.control.carrying import Attempt, Halves, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
@@ -45,19 +45,20 @@ def attempt_increment(
     With ``sparing`` the dissipation program is left out after a form that strayed, but not after one that is not suited
     or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
     found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
-    all forms are tried once, and with other flow the first such solution ends it. An increment from rest that goes past
-    first yield under loads that last is ``staged``: it carries on the flow of its own first half. For ``largest`` see
-    :func:`~bipot.increment.solve_increment`.
+    all forms are tried once, and with other flow the first such solution ends it. An increment from rest or a kink that
+    goes past yield under loads that last may be ``staged``: it then carries on the flow of its own first half. For
+    ``largest`` see :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
     refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
     second = control.integration is Integration.BDF2
-    halved = None
-    rests = second and staged and increment.start.length == 0
-    if rests and is_past_yield(increment) and not increment.loads.changes:
+    in_halves = None
+    begins = second and staged and (increment.start.length == 0 or increment.past.turns)
+    if begins and is_past_yield(increment) and not increment.loads.changes:
         half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
-        halved = partial(forms.solve, half, increment.start, None, None)
-    return carry_on(increment, partial(forms.solve, increment), refused, second, halved)
+        whole = replace(increment, in_halves=True)
+        in_halves = Halves(partial(forms.solve, half, increment.start, None, None), partial(forms.solve, whole))
+    return carry_on(increment, partial(forms.solve, increment), refused, second, in_halves)
 
 
 @dataclass

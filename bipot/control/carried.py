@@ -65,16 +65,17 @@ class CarriedFlow:
         return CarriedFlow(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @staticmethod
-    def of_half(half: Solved) -> CarriedFlow:
-        """That of the first ``half`` of an increment, as if the second flowed as much."""
+    def of_half(half: Solved) -> CarriedFlow | None:
+        """That of the first ``half`` of an increment, as if the second flowed as much; None where nothing flowed."""
         returned, kin = half.response.returned, half.response.kinematics
         flow = Flow(kin.turned_back(returned.plastic_strain), returned.dpeeq)
-        return CarriedFlow(flow, 1.0, np.asarray(flow.strain.any(axis=-1)), within=1.0)
+        on = np.asarray(flow.strain.any(axis=-1))
+        return CarriedFlow(flow, 1.0, on, within=1.0) if on.any() else None
 
     @property
     def fraction(self) -> Floats:
-        """a (e, q) and what is ``within``, zero where nothing is carried."""
-        return np.where(self.on, self.within + fraction(self.ratio), 0.0)
+        """a (e, q), zero where the flow is not carried on, and what is ``within`` the increment."""
+        return self.within + np.where(self.on, fraction(self.ratio), 0.0)
 
     def is_wrong(self, ratio: float) -> bool:
         """Whether this carries too much or too little if the flow continues by the measured ``ratio``."""
@@ -118,7 +119,7 @@ class CarriedFlow:
             return False
         if solved.landed.size:
             return False
-        return strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, turned=False)
+        return strain_of(increment) >= FOLLOWED * yielded_strain(increment.system, None)
 
 
 @dataclass(frozen=True)
@@ -143,13 +144,13 @@ class Flowed:
         if stopped.any():
             flow = added + a[..., None] * last
             dissipation = weight * np.vecdot(response.returned.stress, flow)
-            dropped = weight * a * system.body.scene.material.dissipation(last, response.state.peeq)
+            dropped = weight * (a - carried.within) * system.body.scene.material.dissipation(last, response.state.peeq)
             slight = float(dropped[stopped].sum()) <= NEGLIGIBLE * float(dissipation.sum())
             if slight and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped
-        continued = max(vdot(weight * going, onwards + a * square), 0.0)
+        continued = max(vdot(weight * going, onwards + (a - carried.within) * square), 0.0)
         if not continued > 0:
             return Flowed(stopped, 0.0, 0.0)
-        ratios = (continued / vdot(weight * points, square) - carried.within for points in (going, carried.on))
+        ratios = (continued / vdot(weight * points, square) for points in (going, carried.on))
         return Flowed(stopped, *ratios)

@@ -26,7 +26,9 @@ a landing, as of a whole face, has turned nearly all of the flow before the incr
 resolves how the stress follows.
 
 An increment from rest has no last flow: where a fine accuracy chooses increments, it carries on that of its own first
-half, which is attempted beforehand: backward Euler in the first half, and BDF2 in the second.
+half, which is attempted beforehand: backward Euler in the first half, and BDF2 in the second. So it is, with any
+accuracy, where backward Euler would stand after a turn and the body flows. What flowed in the first half lies within
+the increment: points whose flow stopped keep it, and drop only what was carried on besides.
 
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
@@ -56,6 +58,7 @@ from bipot.response import State
 from bipot.system import System
 from bipot.tensors import equivalent_stress
 from bipot.typing import Floats
+from bipot.yielding import flows
 
 RATIOS, REPEATS = 2, 8
 
@@ -109,6 +112,13 @@ Solve = Callable[[State, Near | None, Leave | None], Attempt]
 The iteration starts at ``near_to``; for this and ``leave`` see :func:`bipot.increment.solve_increment`."""
 
 
+class Halves(NamedTuple):
+    """An increment in halves: ``first()`` attempts its first half, ``whole`` the increment with the flow of that."""
+
+    first: Callable[[], Attempt]
+    whole: Solve
+
+
 Objection = Callable[[Solved], Reason | None]
 """Says why a solution is not accepted; None if it is accepted."""
 
@@ -118,12 +128,12 @@ def carry_on(
     solve: Solve,
     refused: Objection,
     second: bool,
-    halved: Callable[[], Attempt] | None = None,
+    halves: Halves | None = None,
 ) -> Attempt:
     """Attempt the increment, with the last flow carried on if ``second`` (order two), otherwise without.
 
-    ``halved()`` attempts the first half of one without a last flow, to carry on that. The attempt returned has the
-    passes and the failures of all attempts.
+    One without a last flow, or in which that does not continue because the path turns, is solved in ``halves``, if they
+    are given. The attempt returned has the passes and the failures of all attempts.
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None
@@ -131,20 +141,25 @@ def carry_on(
     carried = CarriedFlow.guess(increment) if second else None
     # Rates change where the path turns, and a body whose motion reverses is elastic at first: the last flow misleads.
     unknown = increment.past.turns
-    if halved is not None:
-        tried.append(halved())
+    onwards = solve
+    if carried is None and halves is not None:
+        tried.append(halves.first())
         if (half := tried[-1].solved) is not None:
-            carried, near, unknown = CarriedFlow.of_half(half), _doubled(increment, half), False
+            carried, near, unknown, onwards = CarriedFlow.of_half(half), _doubled(increment, half), False, halves.whole
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
             tried.append(_without(state, solve, refused, None))
             near = euler = tried[-1].solved
             carried = None if euler is None else carried.found_by(increment, euler)
+            if carried is None and halves is not None and euler is not None and flows(euler.iterate):
+                tried.insert(-1, halves.first())
+                if (half := tried[-2].solved) is not None:
+                    carried, halves, onwards = CarriedFlow.of_half(half), None, halves.whole
             if carried is None:
                 return _joined(tried)
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))
         last = len(tried) >= REPEATS
-        tried.append(solve(begun, near, None if last else partial(_turned, system, carried)))
+        tried.append(onwards(begun, near, None if last else partial(_turned, system, carried)))
         if tried[-1].refused:
             return _joined(tried)
         solved = tried[-1].solved

@@ -8,7 +8,8 @@ It is a fraction of the force,
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so the difference of their
   powers is of order two in the increment, like the error of the flow carried on. In space the work of friction is added
   to that of strain in the denominator: where friction does the work, the small rest that strain does means nothing.
-  In an increment from rest it says how far backward Euler would be off, which its first half has cured: it is left out.
+  In an increment from rest, or one that carries on the flow of its own first half, it says how far backward Euler
+  would be off, which the first half has cured: it is left out.
 * S is the mean of |de|^2/12 over the body: the difference of the midpoint strain from the logarithmic one,
   2 tanh(x/2) = x - x^3/12 + ... Where less than SMALL of the body takes the work, as in a stem on a block or beneath a
   punch in a large body, S is the mean weighted by the work. The part of the body that takes the work is
@@ -66,7 +67,7 @@ from bipot.iterate import Increment
 from bipot.response import State
 from bipot.scene.symmetry import own_share
 from bipot.typing import Floats, vdot
-from bipot.yielding import flows, follows_yield, is_past_yield, strain_of, yield_strain
+from bipot.yielding import flows, follows_yield, hardened, is_past_yield, strain_of, yield_strain
 
 GATHERED = 2.5
 """The sum of the errors that increments leave, over the error of one."""
@@ -114,7 +115,7 @@ class _Terms:
     @property
     def missed(self) -> float:
         """|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|), with the work of friction in space."""
-        if not self._taken > 0 or self.start.length == 0:
+        if not self._taken > 0 or self.start.length == 0 or self._increment.in_halves:
             return 0.0
         difference = np.vecdot(self._euler - self._stress, self._kin.strain)
         return abs(vdot(self._kin.volume, difference)) / 2 / (self._taken + self._lag.friction)
@@ -224,7 +225,7 @@ class _Terms:
         """T of a first increment: by how unevenly it strains the body; of a second one without what is carried on."""
         weight, response = self._weight, self.solved.response
         factor, flowed = UNEVEN, response.returned.dpeeq
-        if self.start.length == 0 and response.state is not self.start:
+        if self._increment.in_halves:
             factor, flowed = IN_HALVES * UNEVEN, flowed + response.state.peeq - self.start.peeq
         return factor * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
@@ -239,7 +240,7 @@ class _Terms:
     @property
     def _over_yield(self) -> float:
         """h, not yet bounded by one (module docstring)."""
-        at_yield, known = yield_strain(self._increment.system), strain_of(self._increment)
+        known, at_yield = strain_of(self._increment), yield_strain(self._increment.system, hardened(self._increment))
         if not self._increment.loads.changes:
             return known / at_yield
         volume = self._kin.volume

@@ -19,6 +19,7 @@ in one, the next has at most BEGUN of its length. Increments as long as the yiel
 1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
 yield has the smallest error, 1e-4 to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED
 it carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less.
+One after a kink always does, if it passes yielding: there the error is up to 1e-2.
 Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones
 follow yielding.
 """
@@ -82,8 +83,9 @@ passes than QUICK the next increment is not longer than the last."""
 
 
 def begins_flow(start: State, solved: Solved) -> bool:
-    """Whether there is flow in the increment ``solved`` from ``start``, at rest or with none that was carried on."""
-    return flows(solved.iterate) and (solved.response.state is start or start.length == 0)
+    """Whether there is flow in the increment ``solved`` from ``start``, at rest or with none carried on from there."""
+    begins = solved.response.state is start or solved.iterate.increment.in_halves
+    return flows(solved.iterate) and (begins or start.length == 0)
 
 
 def lands_a_face(solved: Solved) -> bool:
@@ -104,9 +106,13 @@ class Pacer:
         """The estimate aimed at."""
         return min(self.accuracy, CHEAPEST)
 
+    def halves(self, start: State) -> bool:
+        """Whether a first increment from ``start``, at rest or a kink, may carry on the flow of its first half."""
+        return start.length > 0 or self._fine
+
     @property
-    def halves(self) -> bool:
-        """Whether first increments carry on the flow of their first half."""
+    def _fine(self) -> bool:
+        """Whether first increments from rest do."""
         return self.accuracy < HALVED
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
@@ -136,7 +142,7 @@ class Pacer:
 
     def next(self, length: float, estimate: float, passes: int = 0, begun: bool = False) -> float:
         """The length after one of this ``length``, ``estimate`` and ``passes``; ``begun`` if flow began in it."""
-        aimed = AIMED * (self.aim / USUAL) ** (LANDING if self.halves else FINER)
+        aimed = AIMED * (self.aim / USUAL) ** (LANDING if self._fine else FINER)
         allowed = aimed * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
@@ -152,6 +158,6 @@ class Pacer:
             return most, 0.0
         # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
-        far = yielded_strain(system, state.length > 0)
+        far = yielded_strain(system, state.peeq if state.length > 0 else None)
         strain = min(max(least, far), GROWTH * least)
         return max(min(strain / strained * stretch, most), LEAST_LENGTH), far / strained * stretch

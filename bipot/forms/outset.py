@@ -75,7 +75,7 @@ def flow_modulus(increment: Increment) -> float:
     if start.length or start.stress.any() or loaded or confined or body.scene.material.drifts:
         return 0.0
     strain, material = strain_of(increment), body.scene.material
-    if strain < yielded_strain(increment.system, turned=False) * (1 - ROUND_OFF) or not strain:
+    if strain < yielded_strain(increment.system, None) * (1 - ROUND_OFF) or not strain:
         return 0.0
     shear = float(material.yield_stress(strain)) / (3 * strain)
     return shear if shear > LEAST * material.elasticity.bulk else 0.0
