@@ -15,6 +15,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
+from bipot.tools.profiles.profile import Profile
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import ShapedTool
@@ -145,6 +146,14 @@ def test_a_roll_that_is_nearly_flat_is_taken(radius):
     """What is left of a gap, the difference of so large numbers, was held against its methods."""
     beside = (0.3 * radius, 2.0 + radius * np.sqrt(1 - 0.3**2))
     assert pressed(Circle(beside, radius)).tools[0].face.radius == radius
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_sharp_punch_level_with_most_candidates_is_taken(way):
+    """At the level of its face the wall begins: a step up is along that, one down around the corner."""
+    right = Profile(((1.9, 3.0), (1.9, 1.0), (1.6, 1.0), (1.6, 3.0)))
+    punch = right if way == 1 else right.image((1.0, 0.0), 1.0)
+    assert pressed(punch).tools[0].face is punch
 
 
 def test_a_surface_in_space_is_held_to_the_same():
