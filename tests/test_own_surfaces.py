@@ -120,6 +120,18 @@ def test_a_surface_whose_methods_do_not_agree_is_refused(kind, message):
         pressed(kind((0.5, 2.5), 1.5))
 
 
+@pytest.mark.parametrize("radius", [1.5, 200.0])
+def test_a_size_that_the_gaps_do_not_show_excuses_nothing(radius):
+    """Steps and tolerances followed a stated size of 1e12, in which a gap that moves the wrong way was round-off."""
+
+    class Boasting(Backwards):
+        def size(self, x, moved):
+            return np.full(x.shape[:-1], 1e12)
+
+    with pytest.raises(SceneError, match=r"surface.gap = '.*': must be that of distance\(x - moved\)"):
+        pressed(Boasting((0.5, 1.0 + radius), radius))
+
+
 @pytest.mark.parametrize("centre", [(0.5, 2.5), (0.5, 2.7)])
 def test_one_whose_methods_agree_is_taken(centre):
     class Own(Circle):

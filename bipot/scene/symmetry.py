@@ -25,7 +25,7 @@ import numpy as np
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
-from bipot.scene.agreeing import TOLD
+from bipot.scene.agreeing import told
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
@@ -167,8 +167,8 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     # Of a tool so far off that its gaps say nothing of the body's places it is not known.
     denies = off <= plane.roundoff and alike <= mesh.size and not _parts(plane, mesh, tool)
     require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
-    told = f"its own mirror image in {plane.words}, as far as gaps of candidates and of their images tell, or unlike it"
-    require(cut or not denies, f"{label}.surface", tool.face, told)
+    seen = f"its own mirror image in {plane.words}, as far as gaps of candidates and of their images tell, or unlike it"
+    require(cut or not denies, f"{label}.surface", tool.face, seen)
     said = f"its own mirror image in {plane.words}, as its methods say: gaps of candidates and their images differ"
     require(not cut or off <= max(near.roundoff, alike), f"{label}.surface", tool.face, said)
     d = named(plane.normal)
@@ -200,7 +200,8 @@ def _unlike(plane: Mirror, mesh: Mesh, tool: Tool, pose: Floats) -> float:
 
 def _told(plane: Mirror, mesh: Mesh, tool: Tool) -> float:
     """To what gaps of candidates and of their images are told in numbers of their size."""
-    return TOLD * float(np.max(tool.face.size(_candidates(plane, mesh, tool), np.zeros(mesh.dimension))))
+    x = _candidates(plane, mesh, tool)
+    return told(tool.face, x, float(np.max(tool.face.size(x, np.zeros(mesh.dimension)))))
 
 
 def _parts(plane: Mirror, mesh: Mesh, tool: Tool) -> bool:
