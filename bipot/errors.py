@@ -68,6 +68,10 @@ class UnboundedProgram(ProgramError):
         self.ray = ray
 
 
+class BrokenSolver(BipotError):
+    """A solver raised an error that tells nothing of its program, or gave no answer at all; the cause is that error."""
+
+
 class InvertedElement(BipotError):
     """An element's Jacobian determinant is not positive; names the element, the value and the place."""
 

@@ -19,13 +19,13 @@ from bipot.control.carrying import Attempt
 from bipot.control.control import Control
 from bipot.control.course import Course
 from bipot.control.estimate import error_estimate
-from bipot.control.failing import AHEAD, given_up
+from bipot.control.failing import AHEAD, broken, given_up
 from bipot.control.halving import Found, Halving
 from bipot.control.landing import locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow, lands_a_face
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
-from bipot.errors import require, require_type
+from bipot.errors import BrokenSolver, require, require_type
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache
 from bipot.increment import Observer, unobserved
@@ -64,7 +64,7 @@ def march(
             an accuracy without BDF2 or with the paper's strain, naming its field.
         LimitPassed: an ``IncrementFailed`` with a proof that the body cannot carry the load, and the mechanism.
         IncrementFailed: with the last accepted state, when a scheduled increment, or the rest of one after a landing,
-            still fails after it was halved ``control.cuts`` times.
+            still fails after it was halved ``control.cuts`` times; at once from the error of a solver that breaks.
     """
     require_type(scene, Scene, "scene")
     require_type(schedule, Schedule, "schedule")
@@ -102,7 +102,10 @@ class Shared:
     def attempt(self, increment: Increment, largest: float, sparing: bool = False, halves: bool = False) -> Attempt:
         """Try the increment, or give up early if it is to be halved instead: see :func:`attempt_increment`."""
         options = sparing, halves, self.pacer is not None and self.pacer.halves(increment.start)
-        return attempt_increment(increment, self.control, self.cache, largest, self.observe, *options)
+        try:
+            return attempt_increment(increment, self.control, self.cache, largest, self.observe, *options)
+        except BrokenSolver as error:
+            raise broken(increment, error) from error.__cause__
 
 
 def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[Accepted]:

@@ -1,5 +1,6 @@
 """Hardening curves: closed forms and finite differences, and what they refuse."""
 
+import math
 import os
 import re
 from pathlib import Path
@@ -210,6 +211,19 @@ class Own:
     [
         (Own(lambda p: 300.0), "hardening.yield_stress = 300.0: must be an array of peeq's shape, "),
         (Own(lambda p: 300.0 + p, lambda p: 1.0), "hardening.slope = 1.0: must be an array of peeq's shape, "),
+        (
+            Own(lambda p: 300.0 + math.sqrt(p)),
+            r"hardening.yield_stress = TypeError: .*: must be an array of peeq's shape, of numbers: peeq is",
+        ),
+        (
+            Own(lambda p: 300.0 + p, lambda p: 1.0 if p < 1.0 else 0.0),
+            "hardening.slope = ValueError: .*: must be an array",
+        ),
+        (
+            Own(lambda p: np.array([300.0 + math.sqrt(each) for each in p])),
+            "hardening.yield_stress = TypeError: .*: must",
+        ),
+        (Own(lambda p: (300.0 + p).astype(object)), "must be an array of peeq's shape, of numbers: peeq"),
         (Own(lambda p: 0.0 * p), r"hardening.yield_stress\(0.0\) = 0.0: must be finite and > 0"),
         (Own(lambda p: 300.0 - 400.0 * p), r"yield_stress\(0.0001\) = 299.96: must be .* falling .*non-convex"),
         (Own(lambda p: np.where(p > 0.5, np.nan, 300.0)), r"hardening.yield_stress\(1.0\) = nan: must be finite"),

@@ -15,6 +15,7 @@ from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
+from bipot.tools.profiles.profile import Profile
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import ShapedTool
@@ -119,6 +120,18 @@ def test_a_surface_whose_methods_do_not_agree_is_refused(kind, message):
         pressed(kind((0.5, 2.5), 1.5))
 
 
+@pytest.mark.parametrize("radius", [1.5, 200.0])
+def test_a_size_that_the_gaps_do_not_show_excuses_nothing(radius):
+    """Steps and tolerances followed a stated size of 1e12, in which a gap that moves the wrong way was round-off."""
+
+    class Boasting(Backwards):
+        def size(self, x, moved):
+            return np.full(x.shape[:-1], 1e12)
+
+    with pytest.raises(SceneError, match=r"surface.gap = '.*': must be that of distance\(x - moved\)"):
+        pressed(Boasting((0.5, 1.0 + radius), radius))
+
+
 @pytest.mark.parametrize("centre", [(0.5, 2.5), (0.5, 2.7)])
 def test_one_whose_methods_agree_is_taken(centre):
     class Own(Circle):
@@ -145,6 +158,14 @@ def test_a_roll_that_is_nearly_flat_is_taken(radius):
     """What is left of a gap, the difference of so large numbers, was held against its methods."""
     beside = (0.3 * radius, 2.0 + radius * np.sqrt(1 - 0.3**2))
     assert pressed(Circle(beside, radius)).tools[0].face.radius == radius
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_a_sharp_punch_level_with_most_candidates_is_taken(way):
+    """At the level of its face the wall begins: a step up is along that, one down around the corner."""
+    right = Profile(((1.9, 3.0), (1.9, 1.0), (1.6, 1.0), (1.6, 3.0)))
+    punch = right if way == 1 else right.image((1.0, 0.0), 1.0)
+    assert pressed(punch).tools[0].face is punch
 
 
 def test_a_surface_in_space_is_held_to_the_same():

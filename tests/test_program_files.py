@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.file import FileError
-from bipot.conic.problem import ConicProgram, ConicSolution
+from bipot.conic.problem import Claim, ConicProgram, ConicSolution
 from bipot.conic.solver import Accuracy
 from bipot.conic.stored import load
 from bipot.conic.through_cvxpy import Cvxpy
@@ -23,6 +23,8 @@ from bipot.marching import march
 from bipot.paper import upsetting
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Term
+from bipot.programs.penalty import PenaltyProgram
+from bipot.programs.penalty_newton import newton
 from bipot.scene.loads import Traction
 from bipot.schedule import Schedule
 from tests.scenes import posed, run, scene
@@ -96,7 +98,7 @@ def test_objectives_of_statement_and_standard_form_differ_by_the_constant(progra
     constant = stated.constant()
     assert stated.problem.objective.value == pytest.approx(before, rel=1e-15)
     assert abs(before - constant - answer.program.cost(answer.x)) < 1e-7 * abs(before)
-    assert (constant == 0) == isinstance(program, TangentProgram)
+    assert (constant == 0) == isinstance(program, TangentProgram | PenaltyProgram)
 
 
 @pytest.mark.parametrize("form", [Tangent(), Dissipation()])
@@ -150,6 +152,20 @@ def test_the_standard_form_of_a_penalised_increment_has_the_minimum_of_its_envel
     allowed = np.minimum(most / pushed, np.sqrt(most))
     assert (np.abs(pushed - r[:, 0]) < allowed + 1e-10 * np.abs(r).max()).all()
     assert np.abs(program.gradient(x)).max() < allowed.max() + 1e-10 * program.largest(x)
+
+
+@pytest.mark.parametrize("penalty", [1e4, 1e8, 1e12, 1e16])
+def test_no_penalty_hides_that_an_answer_is_wrong(penalty):
+    """Up to 1e10 times the stiffness: measured by the penalty, an answer of twenty times the cost was SOLVED."""
+    program = conic_program(run(0.3)[5], Uzawa(penalty, penalty))
+    answer, _ = Clarabel().solve(program.conic(), TIGHT)
+    least = program.value(newton(program, np.zeros(len(program.f))).x)
+    assert answer.outcome is Claim.SOLVED
+    assert answer.program.cost(answer.x) == pytest.approx(least, rel=1e-8)
+    assert answer.error() < 1e-9
+    forces = {**answer.dual, Term.LAG: 1.01 * answer.dual[Term.LAG]}
+    assert replace(answer, dual=forces).error() > 1e-4
+    assert replace(answer, x=1.01 * answer.x).error() > 1e-4
 
 
 def test_multipliers_outside_their_cone_are_measured():

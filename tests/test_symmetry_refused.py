@@ -18,6 +18,7 @@ from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.circle import Circle
+from bipot.tools.poses import Moment, Turn
 from bipot.tools.profiles.profile import Profile, flat_punch
 from bipot.tools.profiles.union import Union
 from bipot.tools.revolved import Revolved
@@ -189,3 +190,25 @@ def test_half_a_die_around_an_axis_is_refused():
     replace(bore, tools=(ShapedTool(die, (0.0, 0.0, 0.0), ("bore",), 0.1),))
     tube = Scene(ring(0.6, 1.0, 1.0, 1, 1), Geometry.AXISYMMETRIC, STEEL, (Symmetry("base", 1),))
     replace(tube, tools=(ShapedTool(mandrel, (0.0, 0.0), ("bore",), 0.1),))
+
+
+@pytest.mark.parametrize(
+    ("turn", "travel", "taken"),
+    [
+        (None, (0.0, -0.1), False),
+        (Turn(0.0, (-0.5, HEIGHT)), (0.0, -0.1), False),
+        (None, (0.05, -0.1), False),
+        (Turn(-0.1, (-0.5, HEIGHT)), (0.0, 0.0), True),
+        (Turn(-2 * np.pi, (-0.5, HEIGHT)), (0.0, 0.0), True),
+        (Turn(0.0, (-0.5, HEIGHT), driven_by=Moment(-1.0)), (0.0, 0.0), True),
+        (None, (2.0 * WIDTH + 0.5, -0.1), True),
+    ],
+)
+def test_a_flat_part_over_the_plane_is_a_tool_beside_its_image_only_if_these_part(turn, travel, taken):
+    """Pressed on, both meet the same candidates: of one tool half of the force was given as the whole."""
+    over = Profile(((3 * WIDTH, HEIGHT), (-2 * WIDTH, HEIGHT), (-2 * WIDTH - 1.0, HEIGHT + 1.0)), 0.3)
+    tool, half = ShapedTool(over, travel, ("top",), 0.1, turn=turn), part(True, False)
+    if taken:
+        assert replace(half, tools=(tool,)).tools == (tool,)
+    else:
+        refused(lambda: replace(half, tools=(tool,)), "as far as gaps of candidates and of their images tell")

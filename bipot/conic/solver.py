@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from bipot.conic.problem import ConicProgram, ConicSolution
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
+import numpy as np
+
+from bipot.conic.problem import Claim, ConicProgram, ConicSolution, Timing
+from bipot.errors import (
+    BrokenSolver,
+    InfeasibleProgram,
+    NotConverged,
+    ProgramError,
+    UnboundedProgram,
+    require,
+    require_count,
+    require_type,
+)
 from bipot.typing import make_floats
 
 Handle = Any
@@ -39,6 +52,52 @@ class ConicSolver(Protocol):
             ProgramError: no answer within the limits.
         """
         ...
+
+
+@contextmanager
+def asked(solver: object) -> Iterator[None]:
+    """While a ``solver``, which may be a user's own, is asked: its programming errors are no answers to a program.
+
+    Raises:
+        BrokenSolver: for any error but that there is no answer, from which it is raised.
+    """
+    try:
+        yield
+    except (ProgramError, NotConverged, BrokenSolver):
+        raise
+    except Exception as broken:
+        raise BrokenSolver(f"its solver {type(solver).__name__} raised {type(broken).__name__}: {broken}") from broken
+
+
+def answered(
+    solver: ConicSolver, program: ConicProgram, accuracy: Accuracy, last: Handle = None
+) -> tuple[ConicSolution, Handle]:
+    """As :meth:`ConicSolver.solve`.
+
+    Raises:
+        BrokenSolver: besides, for an answer of other types and shapes than it has to have (:func:`asked`).
+        ProgramError: besides, for one that is not finite.
+    """
+    with asked(solver):
+        answer, handle = solver.solve(program, accuracy, last)
+        require_type(answer, ConicSolution, "answer")
+        shapes = {rows.term: (rows.count, rows.width) for rows in program.rows}
+        _require_numbers(answer.x, program.q.shape, "answer.x")
+        require_type(answer.dual, Mapping, "answer.dual")
+        for term, shape in shapes.items():
+            _require_numbers(answer.dual.get(term), shape, f"answer.dual, {term}")
+        for value, kind, name in ((answer.outcome, Claim, "outcome"), (answer.timing, Timing, "timing")):
+            require_type(value, kind, f"answer.{name}")
+        require_count(answer.iterations, "answer.iterations", least=0)
+        if not all(np.isfinite(part).all() for part in (answer.x, *map(answer.dual.__getitem__, shapes))):
+            raise ProgramError("conic solver gave numbers that are not finite: refine the increment")
+    return answer, handle
+
+
+def _require_numbers(value: object, shape: tuple[int, ...], field: str) -> None:
+    found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
+    right = isinstance(value, np.ndarray) and value.shape == shape and value.dtype.kind == "f"
+    require(right, field, found, f"an array {shape} of floating-point numbers")
 
 
 def infeasible() -> InfeasibleProgram:

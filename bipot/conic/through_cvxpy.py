@@ -25,12 +25,14 @@ if TYPE_CHECKING:
 class Stated:
     """A cvxpy problem with its variables and constraints by the names of a conic program's blocks and terms.
 
-    Empty blocks and terms may be missing in either.
+    Empty blocks and terms may be missing in either. ``omitted`` is what the conic program omits of the cost; None for
+    the cost at x = 0, where that of every conic program is 0.
     """
 
     problem: cp.Problem
     blocks: Mapping[str, cp.Expression]
     constraints: Mapping[str, cp.Constraint]
+    omitted: float | None = None
 
     @property
     def value(self) -> float:
@@ -54,7 +56,9 @@ class Stated:
         return -stacked if isinstance(constraint, Equality | Zero) else stacked
 
     def constant(self) -> float:
-        """The statement's cost at x = 0, where that of the conic program is 0; the variables keep their values."""
+        """The statement's cost without that of the conic program; the variables keep their values."""
+        if self.omitted is not None:
+            return self.omitted
         kept = [(variable, variable.value) for variable in self.problem.variables()]
         for variable, _ in kept:
             variable.value = np.zeros(variable.shape)

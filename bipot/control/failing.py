@@ -10,7 +10,15 @@ from bipot.certificate import EPS
 from bipot.checks.diagnosis import cornered, diagnosis
 from bipot.control.carrying import Attempt
 from bipot.control.reason import Reason
-from bipot.errors import FoldedAnswer, IncrementFailed, InvertedElement, LimitPassed, Refused, UnsuitedForm
+from bipot.errors import (
+    BrokenSolver,
+    FoldedAnswer,
+    IncrementFailed,
+    InvertedElement,
+    LimitPassed,
+    Refused,
+    UnsuitedForm,
+)
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
@@ -37,7 +45,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     The load at the increment's end is examined, and that at the pseudo-time ``ahead``, not before the end.
     """
     system, state, tau = increment.system, increment.start, increment.tau
-    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({_decisive(attempt)}). "
+    failed = _failed(increment, _decisive(attempt))
     found = diagnosis(increment)
     if found:
         return IncrementFailed(failed + found, state)
@@ -67,6 +75,16 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     else:
         more = _rigid_in_volume(increment) or "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)
+
+
+def broken(increment: Increment, error: BrokenSolver) -> IncrementFailed:
+    """The error of an increment whose solver broke: no other form, and no shorter increment, is to hide that."""
+    advice = "Mend the solver, or take another: of a program that it does not solve it has to raise a ProgramError."
+    return IncrementFailed(_failed(increment, error) + advice, increment.start)
+
+
+def _failed(increment: Increment, why: object) -> str:
+    return f"increment from tau = {increment.start.tau:.6g} to {increment.tau:.6g} failed ({why}). "
 
 
 def _crushed(increment: Increment) -> str | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from bipot.conic.problem import Claim, Timing
+from bipot.conic.solver import asked
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require, require_type
 from bipot.forms.base import Cache, FormName, Step
@@ -79,7 +80,8 @@ class Delassus:
     def _find(self, reduced: Reduced, start: Floats) -> CoulombSolution:
         """The answer of the chosen solver, or else of the first one in the chain that reaches a usable one."""
         first = FIRST.solver if self.solver is None else self.solver
-        found = run(first, reduced.problem, self.limits, start)
+        with asked(first):
+            found = run(first, reduced.problem, self.limits, start)
         if self.solver is not None or found.residual() <= USABLE:
             return found
         return solve(reduced.problem, replace(self.limits, tol=max(self.limits.tol, USABLE)), start, CHAIN)

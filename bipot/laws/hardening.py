@@ -16,7 +16,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_positive
+from bipot.errors import LARGEST_STRESS, SceneError, require, require_magnitude, require_number, require_positive
 from bipot.laws.table_file import two_columns
 from bipot.typing import Floats, make_floats
 
@@ -59,11 +59,17 @@ def require_hardening(curve: Hardening) -> None:
 
 
 def _tried(curve: Hardening, name: str) -> Floats:
-    """The values of the curve's method ``name`` at :data:`TRIED`."""
-    out = getattr(curve, name)(np.array(TRIED))
-    fits = isinstance(out, np.ndarray) and out.shape == (len(TRIED),)
-    require(fits, f"hardening.{name}", out, "an array of peeq's shape, as peeq is the array of all integration points")
-    return out
+    """The values of the curve's method ``name`` at :data:`TRIED`, asked by elements and points."""
+    peeq, field = np.array(TRIED).reshape(2, -1), f"hardening.{name}"
+    allowed = "an array of peeq's shape, of numbers: peeq is the array of all integration points"
+    try:
+        out = getattr(curve, name)(peeq)
+    except (TypeError, ValueError) as scalar:
+        # So do functions of a single number, such as math.sqrt, and an `if` that asks for one.
+        raise SceneError(f"{field} = {type(scalar).__name__}: {scalar}: must be {allowed}") from scalar
+    fits = isinstance(out, np.ndarray) and out.shape == peeq.shape and out.dtype.kind in "fiu"
+    require(fits, field, out, allowed)
+    return out.ravel()
 
 
 def _require_positive(field: str, value: float) -> None:

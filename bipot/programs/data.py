@@ -23,6 +23,7 @@ class Term(StrEnum):
     TIE = "tie"
     YIELD = "yield"
     FICTITIOUS = "fictitious"
+    LAG = "lag"
     GAIN = "gain"
     VOLUME = "volume"
 
@@ -36,6 +37,7 @@ class Block(StrEnum):
     SLIP_BOUND = "slip_bound"
     FICTITIOUS_GAP = "fictitious_gap"
     FICTITIOUS_SLIP = "fictitious_slip"
+    LAG = "lag"
 
 
 @dataclass

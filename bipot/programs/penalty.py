@@ -138,9 +138,10 @@ class PenaltyProgram:
         return sp.csc_matrix(self.K + (normal + tangential))
 
     def conic(self) -> ConicProgram:
-        """(29) in standard form, of the variables y = (dU, v_n, v_t) and bounds on |v_t|.
+        """(29) in standard form, of the variables dU, v_n, v_t, bounds on |v_t| and the lags e = sqrt(k) (du - v).
 
-        With du - v = B y + w the cost is 1/2 dU' K dU - f' dU + sum_c [k/2 |du - v|^2 - t_0 . (du - v) + s |v_t|].
+        The cost is 1/2 dU' K dU - f' dU + sum_c [1/2 |e|^2 - t_0 . e / sqrt(k) + s |v_t|]. A cost in terms of du - v
+        would have numbers of the size of k, and residuals measured by these would hide forces however wrong.
         """
         terms, contact = self.contact, self.contact.rows
         (count, width), variables = contact.slip.shape, Variables()
@@ -148,19 +149,20 @@ class PenaltyProgram:
         gaps = variables.add(Block.FICTITIOUS_GAP, contact.count)
         slips = variables.add(Block.FICTITIOUS_SLIP, contact.slip.size)
         bounds = variables.add(Block.SLIP_BOUND, count)
-        B = sp.vstack([contact.G_n, contact.G_t], format="csr")
-        B = sp.hstack([B, -sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))], format="csr")
-        w = np.concatenate([contact.gap - terms.start_gap, contact.slip.ravel()])
-        k = np.concatenate([terms.k_n, np.repeat(terms.k_t, width)])
+        lags = variables.add(Block.LAG, bounds - gaps)
+        k = np.sqrt(np.concatenate([terms.k_n, np.repeat(terms.k_t, width)]))
         t_0 = np.concatenate([terms.t_0[:, 0], terms.t_0[contact.frictional, 1:].ravel()])
-        P = sp.csc_matrix(padded(self.K, variables.size) + B.T @ (sp.diags_array(k) @ B))
-        q = B.T @ (k * w - t_0)
-        q[:gaps] -= self.f
-        q[bounds:] = terms.threshold
+        B = sp.vstack([contact.G_n, contact.G_t], format="csr")
+        fictitious, unbound = sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))
+        lag = sp.csr_matrix(sp.hstack([B, -fictitious, unbound, sp.diags_array(-1 / k)], format="csr"))
+        squares = np.concatenate([np.zeros(lags), np.ones(len(k))])
+        P = sp.csc_matrix(padded(self.K, variables.size) + sp.diags_array(squares))
+        q = np.concatenate([-self.f, np.zeros(bounds - gaps), terms.threshold, -t_0 / k])
         identity = sp.csr_matrix(sp.eye_array(variables.size))
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
         room = np.maximum(terms.start_gap, 0.0)
         rows = (
+            Rows(Term.LAG, Cone.ZERO, lag, np.concatenate([contact.gap - terms.start_gap, contact.slip.ravel()])),
             Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, identity[gaps:slips], room),
             Rows(Term.FRICTION, Cone.SECOND_ORDER, identity[order.ravel()], np.zeros(order.size), width + 1),
         )
@@ -194,7 +196,8 @@ class PenaltyProgram:
         closed = v_n >= -np.maximum(terms.start_gap, 0.0)
         energy = cp.sum_squares(_square_root(self.K) @ dU) / 2 - self.f @ dU
         problem = cp.Problem(cp.Minimize(energy + cost), [closed])
-        return Stated(problem, {Block.DISPLACEMENT: dU}, {Term.FICTITIOUS: closed})
+        # The lags of the standard form have the cost of these, to the constant.
+        return Stated(problem, {Block.DISPLACEMENT: dU}, {Term.FICTITIOUS: closed}, omitted=0.0)
 
     def condensed(self) -> tuple[PenaltyProgram, Condensed]:
         """The same program on the unknowns that its contact rows touch, and the way back to all."""

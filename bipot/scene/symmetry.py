@@ -25,7 +25,7 @@ import numpy as np
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
-from bipot.scene.agreeing import TOLD
+from bipot.scene.agreeing import told
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
@@ -40,6 +40,9 @@ PLANAR = 1e-9
 
 MEANT = 1e3
 """A tool that is its own mirror image, or ends in its plane, to this many times the round-off was meant to do so."""
+
+LOOKED = 101
+"""How often on its way a tool is looked at that its mirror image may leave."""
 
 
 @dataclass(frozen=True)
@@ -160,12 +163,12 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     own = (
         f"its own mirror image in {plane.words} to {plane.roundoff:.2g}, as it is to {near.roundoff:.2g}, or not nearly"
     )
-    off, alike = _unlike(plane, mesh, tool)
+    off, alike = _unlike(plane, mesh, tool, tool.pose(0.0)), _told(plane, mesh, tool)
     # Of a tool so far off that its gaps say nothing of the body's places it is not known.
-    denies = off <= plane.roundoff and alike <= mesh.size
+    denies = off <= plane.roundoff and alike <= mesh.size and not _parts(plane, mesh, tool)
     require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
-    told = f"its own mirror image in {plane.words}, as far as gaps of candidates and of their images tell, or unlike it"
-    require(cut or not denies, f"{label}.surface", tool.face, told)
+    seen = f"its own mirror image in {plane.words}, as far as gaps of candidates and of their images tell, or unlike it"
+    require(cut or not denies, f"{label}.surface", tool.face, seen)
     said = f"its own mirror image in {plane.words}, as its methods say: gaps of candidates and their images differ"
     require(not cut or off <= max(near.roundoff, alike), f"{label}.surface", tool.face, said)
     d = named(plane.normal)
@@ -180,15 +183,38 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     require(depth <= plane.roundoff, label, tool.face, apart)
 
 
-def _unlike(plane: Mirror, mesh: Mesh, tool: Tool) -> tuple[float, float]:
-    """By how much gaps of candidates and their images differ, and to what they are told in numbers of their size.
+def _candidates(plane: Mirror, mesh: Mesh, tool: Tool) -> Floats:
+    """The tool's candidates at rest and their mirror images (2, a, d)."""
+    x = mesh.nodes[mesh.boundary_nodes(*tool.candidates)]
+    return np.stack([x, plane.images(x)])
+
+
+def _unlike(plane: Mirror, mesh: Mesh, tool: Tool, pose: Floats) -> float:
+    """By how much gaps of candidates and of their images differ where the tool is in the ``pose`` (p,).
 
     Where they do not, the tool's mirror image meets all that it meets.
     """
-    x = mesh.nodes[mesh.boundary_nodes(*tool.candidates)]
-    image, rest = plane.images(x), np.zeros(mesh.dimension)
-    largest = float(np.max(tool.face.size(np.concatenate([x, image]), rest)))
-    return max_abs(tool.face.distance(x).gap - tool.face.distance(image).gap), TOLD * largest
+    one, other = tool.distance(_candidates(plane, mesh, tool), pose)
+    return max_abs(one - other)
+
+
+def _told(plane: Mirror, mesh: Mesh, tool: Tool) -> float:
+    """To what gaps of candidates and of their images are told in numbers of their size."""
+    x = _candidates(plane, mesh, tool)
+    return told(tool.face, x, float(np.max(tool.face.size(x, np.zeros(mesh.dimension)))))
+
+
+def _parts(plane: Mirror, mesh: Mesh, tool: Tool) -> bool:
+    """Whether a tool that meets what its mirror image meets at rest parts from it on its way: they are two tools.
+
+    So do those that turn towards each other. A motion within the plane is that of the image too.
+    """
+    force, turn = tool.driven_by, tool.turn
+    if not ((force is None or plane.contains(force.vector)) and (tool.turned_by is None or _turns_in(plane, turn))):
+        return True
+    normal, poses = np.array(plane.normal), np.array([tool.pose(tau) for tau in np.linspace(0.0, 1.0, LOOKED)])
+    poses[:, : len(normal)] = np.outer(poses[:, : len(normal)] @ normal, normal)
+    return any(_unlike(plane, mesh, tool, pose) > plane.roundoff for pose in poses)
 
 
 def _turns_in(plane: Mirror, turn: Turn | None) -> bool:
