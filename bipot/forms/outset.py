@@ -40,7 +40,7 @@ most trials to get there."""
 def flow_from_rest(iterate: Iterate, law: Law, setup: Setup, linear: LinearSolver) -> Point | None:
     """The point to which the body flows in an increment from rest (module docstring), None where there is none.
 
-    None, too, if an element folds in such flow.
+    None, too, if an element folds in such flow, or if tools that leave a body and friction alone would strain it.
     """
     increment, rows = iterate.increment, iterate.rows
     shear = flow_modulus(increment)
@@ -59,7 +59,7 @@ def flow_from_rest(iterate: Iterate, law: Law, setup: Setup, linear: LinearSolve
         # Friction that goes with the slip is what the law misses.
         slides = slipped.pieces.closed & slipped.pieces.disc.slides
         r[slides, 1:] -= slipped.miss[slides, 1:]
-        return law.point(there, r, None)
+        return law.point(there, r, None) if there.response.returned.plastic.any() else None
     return None
 
 
@@ -84,12 +84,13 @@ def flow_modulus(increment: Increment) -> float:
 def _pieces_of_flow(iterate: Iterate, law: Law, unloaded: Floats) -> Pieces:
     """The law without friction at the contacts that touch at the start, or with sticking ones where that holds no body.
 
-    If none touches, those that the tools have reached count. A body that folds onto a tool would be pinned there.
+    Of a tool that touches nowhere, those that it has reached count. A body that folds onto a tool would be pinned there.
     """
     rows, system = iterate.rows, iterate.increment.system
-    touching = iterate.increment.tools.closed
+    touching, owned = iterate.increment.tools.closed, system.candidates.owned
+    reaching = ~(owned & touching).any(axis=1)[system.candidates.tool]
     smooth = Pieces.of(replace(rows, mu=np.where(rows.tied, rows.mu, 0.0)), iterate.motion, unloaded, law.scale)
-    closed = smooth.closed & touching if touching.any() else smooth.closed
+    closed = smooth.closed & (touching | reaching)
     held = np.linalg.matrix_rank(rows.G_n[np.flatnonzero(closed)] @ system.rigid) == system.rigid.shape[1]
     pieces = smooth if held else Pieces.of(rows, iterate.motion, unloaded, law.scale)
     return replace(pieces, closed=closed, measured=iterate.measured)
