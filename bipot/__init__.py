@@ -21,7 +21,7 @@ certificate. These are the public names by subject; everything else is in the su
 * files: Recorder, Existing, History
 * errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed
 * errors of attempts: NotConverged, Refused, InvertedElement, FoldedAnswer
-* errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
+* errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, BrokenSolver, FileError
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
 >>> accepted.solved.certificate.relative_gap < 1e-7
@@ -43,6 +43,7 @@ from bipot.control.starting import handed_on
 from bipot.energy import Energies
 from bipot.errors import (
     BipotError,
+    BrokenSolver,
     FoldedAnswer,
     IncrementFailed,
     InfeasibleProgram,
@@ -102,6 +103,7 @@ __all__ = [
     "BipotError",
     "BodyForce",
     "Bounds",
+    "BrokenSolver",
     "Certificate",
     "Circle",
     "Clarabel",
