@@ -144,3 +144,9 @@ def test_newton_begins_at_rest_where_flow_folds_an_element_or_nothing_holds_the_
     monkeypatch.setattr("bipot.forms.newton.flow_from_rest", lambda *given: None)
     assert failing.asked == 1
     assert np.array_equal(with_flow.state.nodes, first(eighth()).state.nodes)
+
+
+def test_a_tool_that_comes_to_touch_a_body_goes_with_one_that_touches_it_already():
+    """The cube rests on one tool; the other begins a tenth of its way above."""
+    above = replace(free().tools[0], point=(0.0, 0.0, 1.005))
+    assert first(replace(free(), tools=(above, free().tools[1]))).passes <= 8
