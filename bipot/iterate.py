@@ -33,8 +33,7 @@ from bipot.typing import Floats, max_abs, vdot
 class Increment:
     """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share.
 
-    Where flow is carried on into it, ``accepted`` is the state before, whose stress is in balance with its loads, and
-    ``in_halves`` says whether that is the flow of its own first half.
+    Where flow is carried on, of its own first half if ``in_halves``, ``accepted`` is the state before, in balance.
     """
 
     system: System
