@@ -9,12 +9,11 @@ import pytest
 from bipot.checks import refusals
 from bipot.checks.diagnosis import cornered
 from bipot.checks.free import free
-from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.control import attempting
 from bipot.coulomb import CoulombProblem
-from bipot.errors import IncrementFailed, NotConverged, ProgramError, Refused, SceneError
+from bipot.errors import IncrementFailed, NotConverged, ProgramError, Refused
 from bipot.fem.reduction import Geometry
 from bipot.forms import (
     Delassus,
@@ -36,7 +35,6 @@ from bipot.meshes.elements import Element
 from bipot.meshes.sections import cylinder
 from bipot.paper import upsetting
 from bipot.programs.condensation import Reduced
-from bipot.results.recorder import Recorder
 from bipot.scene.loads import Traction
 from bipot.scene.supports import Support
 from bipot.tools.profiles import Union, wedge
@@ -104,69 +102,6 @@ def test_a_solver_that_always_breaks_down_leaves_the_state_and_is_cut(monkeypatc
     fallen = next(march(scene(), Schedule(2), Control(form, (Newton(),))))
     assert fallen.form is Newton.name
     assert "stopped without an answer" in fallen.reason
-
-
-class Broken:
-    """A solver of a user's own with an error in it."""
-
-    def solve(self, program, accuracy, last=None):
-        return {}["x"]
-
-
-class Answerless:
-    """One that forgets the handle."""
-
-    def solve(self, program, accuracy, last=None):
-        return Clarabel().solve(program, accuracy)[0]
-
-
-class Given:
-    """One that gives something else for parts of its answers."""
-
-    def __init__(self, **parts):
-        self.parts = parts
-
-    def solve(self, program, accuracy, last=None):
-        return replace(Clarabel().solve(program, accuracy)[0], **self.parts), None
-
-
-class Sweeps:
-    """A solver of the discrete problem with an error in it."""
-
-    name = "sweeps"
-
-    def init(self, problem, r):
-        raise KeyError(self.name)
-
-    def step(self, problem, state):
-        return state
-
-
-@pytest.mark.parametrize(
-    ("form", "said", "cause"),
-    [
-        (Dissipation(solver=Broken()), "Broken raised KeyError", KeyError),
-        (Dissipation(solver=Answerless()), "Answerless raised TypeError", TypeError),
-        (Dissipation(solver=Given(x=None)), "Given raised SceneError", SceneError),
-        (Dissipation(solver=Given(dual={})), "Given raised SceneError", SceneError),
-        (Delassus(Sweeps()), "Sweeps raised KeyError", KeyError),
-    ],
-    ids=["broken", "answerless", "placeless", "forceless", "sweeps"],
-)
-def test_an_error_in_a_solver_of_ones_own_is_the_cause_and_no_other_form_hides_it(form, said, cause, tmp_path):
-    """It escaped bare, without state and history."""
-    control, first = Control(form, (Newton(),)), next(march(scene(), Schedule(2)))
-
-    def recorded():
-        with Recorder(tmp_path / "run", scene(), (), {}, {}) as recorder:
-            recorder.record(first)
-            next(march(scene(), Schedule(2), control, first.course))
-
-    with pytest.raises(IncrementFailed, match=rf"tau = 0.5 to 1 failed \(its solver {said}: .*\). Mend") as failed:
-        recorded()
-    assert failed.value.state is first.state
-    assert len(failed.value.history) == 1
-    assert type(failed.value.__cause__) is cause
 
 
 @pytest.mark.parametrize(

@@ -87,10 +87,10 @@ def _pieces_of_flow(iterate: Iterate, law: Law, unloaded: Floats) -> Pieces:
     Of a tool that touches nowhere, those that it has reached count. What folds onto a tool would be pinned there.
     """
     rows, system = iterate.rows, iterate.increment.system
-    touching, owned = iterate.increment.tools.closed, system.candidates.owned
-    touches = np.asarray((owned & touching).any(axis=1))
+    resting, owned = iterate.increment.tools.closed, system.candidates.owned
+    touches = np.asarray((owned & resting).any(axis=1))
     smooth = Pieces.of(replace(rows, mu=np.where(rows.tied, rows.mu, 0.0)), iterate.motion, unloaded, law.scale)
-    closed = smooth.closed & (touching | ~touches[system.candidates.tool])
+    closed = smooth.closed & (resting | ~touches[system.candidates.tool])
     held = np.linalg.matrix_rank(rows.G_n[np.flatnonzero(closed)] @ system.rigid) == system.rigid.shape[1]
     pieces = smooth if held else Pieces.of(rows, iterate.motion, unloaded, law.scale)
     return replace(pieces, closed=closed, measured=iterate.measured)

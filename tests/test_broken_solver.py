@@ -1,0 +1,79 @@
+"""An error in a solver of one's own, or an answer of another kind, ends a march with the state and that cause."""
+
+from dataclasses import replace
+
+import pytest
+
+from bipot.conic.clarabel import Clarabel
+from bipot.errors import IncrementFailed, SceneError
+from bipot.forms import (
+    Delassus,
+    Dissipation,
+    Newton,
+)
+from bipot.marching import Control, Schedule, march
+from bipot.results.recorder import Recorder
+from tests.scenes import scene
+
+
+class Broken:
+    """A solver of a user's own with an error in it."""
+
+    def solve(self, program, accuracy, last=None):
+        return {}["x"]
+
+
+class Answerless:
+    """One that forgets the handle."""
+
+    def solve(self, program, accuracy, last=None):
+        return Clarabel().solve(program, accuracy)[0]
+
+
+class Given:
+    """One that gives something else for parts of its answers."""
+
+    def __init__(self, **parts):
+        self.parts = parts
+
+    def solve(self, program, accuracy, last=None):
+        return replace(Clarabel().solve(program, accuracy)[0], **self.parts), None
+
+
+class Sweeps:
+    """A solver of the discrete problem with an error in it."""
+
+    name = "sweeps"
+
+    def init(self, problem, r):
+        raise KeyError(self.name)
+
+    def step(self, problem, state):
+        return state
+
+
+@pytest.mark.parametrize(
+    ("form", "said", "cause"),
+    [
+        (Dissipation(solver=Broken()), "Broken raised KeyError", KeyError),
+        (Dissipation(solver=Answerless()), "Answerless raised TypeError", TypeError),
+        (Dissipation(solver=Given(x=None)), "Given raised SceneError", SceneError),
+        (Dissipation(solver=Given(dual={})), "Given raised SceneError", SceneError),
+        (Delassus(Sweeps()), "Sweeps raised KeyError", KeyError),
+    ],
+    ids=["broken", "answerless", "placeless", "forceless", "sweeps"],
+)
+def test_an_error_in_a_solver_of_ones_own_is_the_cause_and_no_other_form_hides_it(form, said, cause, tmp_path):
+    """It escaped bare, without state and history."""
+    control, first = Control(form, (Newton(),)), next(march(scene(), Schedule(2)))
+
+    def recorded():
+        with Recorder(tmp_path / "run", scene(), (), {}, {}) as recorder:
+            recorder.record(first)
+            next(march(scene(), Schedule(2), control, first.course))
+
+    with pytest.raises(IncrementFailed, match=rf"tau = 0.5 to 1 failed \(its solver {said}: .*\). Mend") as failed:
+        recorded()
+    assert failed.value.state is first.state
+    assert len(failed.value.history) == 1
+    assert type(failed.value.__cause__) is cause
