@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 from enum import Enum
 
@@ -30,11 +29,6 @@ class Method(Enum):
     UNRETURNED = "paper as written, no return"
 
     @property
-    def penalised(self) -> bool:
-        """Whether it has a penalty to choose."""
-        return self in (Method.PENALTY, Method.UZAWA, Method.WRITTEN, Method.UNRETURNED)
-
-    @property
     def exactly(self) -> Method:
         """Newton with the same integration: what the same increments give with exact algebra."""
         first_order = (Method.EULER, Method.WRITTEN, Method.UNRETURNED)
@@ -53,26 +47,25 @@ class Setting:
     fallback: bool = True
 
 
-FORMS: dict[Method, Callable[[float], Form]] = {
-    Method.TANGENT: lambda K: Tangent(),
-    Method.FROZEN: lambda K: Tangent(coupled=False),
-    Method.DISSIPATION: lambda K: Dissipation(),
-    Method.NEWTON: lambda K: Newton(),
-    Method.EULER: lambda K: Newton(),
-    Method.PENALTY: lambda K: Penalty(K, K),
-    Method.UZAWA: lambda K: Uzawa(K, K),
+EXACT: dict[Method, Form] = {
+    Method.TANGENT: Tangent(),
+    Method.FROZEN: Tangent(coupled=False),
+    Method.DISSIPATION: Dissipation(),
+    Method.NEWTON: Newton(),
+    Method.EULER: Newton(),
 }
 
 
 def configured(method: Method, scene: Scene, setting: Setting) -> tuple[Scene, Control]:
     """Scene and control of a method; penalised forms do not fall back on exact ones."""
+    limits, conic = Limits(bounds(setting.tolerance)), (EXACT[Method.TANGENT], EXACT[Method.DISSIPATION])
+    if method in EXACT:
+        control = Control(EXACT[method], conic if setting.fallback else (), limits)
+        return scene, replace(control, integration=Integration.BACKWARD_EULER) if method is Method.EULER else control
     K = contact_penalty(system_of(scene).candidates, setting.factor)
     if method in (Method.WRITTEN, Method.UNRETURNED):
         return as_written(scene if method is Method.WRITTEN else unreturned(scene), K, K)
-    limits = Limits(bounds(setting.tolerance))
-    conic = (FORMS[Method.TANGENT](K), FORMS[Method.DISSIPATION](K))
-    control = Control(FORMS[method](K), conic if setting.fallback and not method.penalised else (), limits)
-    return scene, replace(control, integration=Integration.BACKWARD_EULER) if method is Method.EULER else control
+    return scene, Control(Penalty(K, K) if method is Method.PENALTY else Uzawa(K, K), (), limits)
 
 
 def bounds(tolerance: float) -> Bounds:

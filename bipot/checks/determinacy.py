@@ -196,22 +196,17 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
 
     A change of these forces pushes nothing, or others forbid the same motion already, as where two normals are one.
     """
-    rows, motion = iterate.rows, iterate.motion
-    pushing, forbidden = list[Floats](), list[Floats]()
-    by_push, by_motion = list[int](), list[int]()
-    for c in np.flatnonzero(active.closed & here).tolist():
-        alone = rows.take(np.arange(rows.count) == c)
-        normal, tangents = alone.G_n.toarray(), alone.G_t.toarray()
-        stops = np.vstack([normal, tangents[tangents.any(axis=1)]]) if active.still[c] else normal
-        pushes = stops
-        if not active.still[c] and len(tangents):
-            pushes = normal - active.drag[c] * unit(motion[c, 1:]) @ tangents
-        forbidden.append(stops)
-        by_motion += [c] * len(stops)
-        pushing.append(pushes)
-        by_push += [c] * len(pushes)
-    found = [_dependent(np.vstack(A), np.array(of)) for A, of in ((pushing, by_push), (forbidden, by_motion)) if A]
-    return np.unique(np.concatenate([np.empty(0, np.intp), *found]))
+    chosen = np.flatnonzero(active.closed & here)
+    rows, slip = iterate.rows.take(active.closed & here), iterate.motion[chosen, 1:]
+    normal, tangents = rows.G_n.toarray(), np.zeros((len(chosen), rows.tangents, rows.size))
+    tangents[rows.frictional] = rows.G_t.toarray().reshape(-1, *tangents.shape[1:])
+    still = active.still[chosen]
+    drag = np.where(still, 0.0, active.drag[chosen])[:, None] * unit(slip)
+    pushes = normal - einsum("ct,ctn->cn", drag, tangents)
+    holds = still[:, None] & tangents.any(axis=2)
+    of = np.concatenate([chosen, chosen[np.nonzero(holds)[0]]])
+    found = [_dependent(np.vstack([along, tangents[holds]]), of) for along in (pushes, normal)]
+    return np.unique(np.concatenate(found))
 
 
 def _dependent(A: Floats, of: Ints) -> Ints:

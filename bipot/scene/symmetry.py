@@ -165,10 +165,10 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     )
     off, alike = _unlike(plane, mesh, tool, tool.pose(0.0)), _told(plane, mesh, tool)
     # Of a tool so far off that its gaps say nothing of the body's places it is not known.
-    denies = off <= plane.roundoff and alike <= mesh.size and not _parts(plane, mesh, tool)
+    denies = not cut and off <= plane.roundoff and alike <= mesh.size and not _parts(plane, mesh, tool)
     require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
     seen = f"its own mirror image in {plane.words}, as far as gaps of candidates and of their images tell, or unlike it"
-    require(cut or not denies, f"{label}.surface", tool.face, seen)
+    require(not denies, f"{label}.surface", tool.face, seen)
     said = f"its own mirror image in {plane.words}, as its methods say: gaps of candidates and their images differ"
     require(not cut or off <= max(near.roundoff, alike), f"{label}.surface", tool.face, said)
     d = named(plane.normal)

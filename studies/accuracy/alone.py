@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, replace
 
 import skfem  # noqa: F401 (the library loads it with the first mesh, and imports are not counted)
 
+from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.marching import Control, Schedule, march, system_of
@@ -82,16 +83,17 @@ def marched(
 
     ``began`` is the processor time from which seconds count.
     """
-    system, forces = system_of(scene), list[float]()
-    passes, increments, stopped = 0, 0, ""
+    passes, increments, stopped, marked = 0, 0, "", list[Accepted]()
     try:
         for accepted in march(scene, schedule, control):
             passes, increments = passes + accepted.passes, accepted.number
             if round(accepted.state.tau * reduction, 9) in marks:
-                forces.append(force(system, accepted))
+                marked.append(accepted)
     except IncrementFailed as failed:
         stopped = " ".join(str(failed).split())
-    return Came(forces, system.body.space.size, increments, passes, time.process_time() - began, stopped)
+    seconds, system = time.process_time() - began, system_of(scene)
+    forces = [force(system, accepted) for accepted in marked]
+    return Came(forces, system.body.space.size, increments, passes, seconds, stopped)
 
 
 @command
