@@ -88,6 +88,8 @@ def strain_of(increment: Increment) -> float:
     near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
     led = scene.drives.poses(increment.tools.led, len(near))[:, : scene.mesh.dimension]
     ways = np.concatenate([increment.tools.rest, (increment.tools.travel + led)[near], _turning(increment)])
+    # Most supports rest, and each way is measured along many normals.
+    ways = np.unique(ways, axis=0)
     # The mirror images beyond a plane of symmetry go the other way.
     for plane in scene.planes:
         ways = np.vstack([ways, imaged(ways, plane.normal, 0.0)])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 from math import comb, factorial, prod
 
@@ -30,22 +30,31 @@ of eight terms reach. Larger in proportion if coefficients exceed values by more
 class Basis:
     """Bernstein polynomials in c coefficients, from values on the ``grid`` (c, d) and on the 2^d parts of the shape.
 
-    ``from_values`` (c, c) takes values (c,), a row, to coefficients. Those at ``corners`` are values themselves. Part k
-    of the reference shape is turn x + shift by ``turns`` (2^d, d, d) and ``shifts`` (2^d, d); ``parts`` (2^d, c, c)
-    take coefficients on the whole to those on each part.
+    ``polynomials`` are their values at points. ``from_values`` (c, c) takes values (c,), a row, to coefficients. Those
+    at ``corners`` are values themselves. Part k of the reference shape is turn x + shift by ``turns`` (2^d, d, d) and
+    ``shifts`` (2^d, d).
     """
 
+    polynomials: Callable[[Floats], Floats]
+    whole: int
     grid: Floats
     from_values: Floats
     corners: Ints
     turns: Floats
     shifts: Floats
-    parts: Floats
 
     @cached_property
     def round_off(self) -> float:
         """Relative round-off of coefficients, over extent times derivatives."""
         return ROUND_OFF * max(1.0, float(np.abs(self.from_values).sum(axis=0).max()) / PLAIN)
+
+    @cached_property
+    def parts(self) -> Floats:
+        """Matrices (2^d, c, c) from coefficients on the whole to those on each part, multiples of 1/``whole``."""
+        halves = [self.grid @ turn.T + shift for turn, shift in zip(self.turns, self.shifts, strict=True)]
+        taken = np.stack([self.from_values.T @ self.polynomials(half) for half in halves])
+        # Rounding removes the round-off of the inverse.
+        return np.round(self.whole * taken) / self.whole
 
     @staticmethod
     def of(degree: int, element: Element) -> Basis:
@@ -55,12 +64,15 @@ class Basis:
         grid = at[_powers(degree, d, cube)]
         inverse = np.asarray(np.linalg.inv(shape(grid, degree)), dtype=np.float64)
         turns, shifts = _halves(element)
-        # The coefficients are multiples of 1/whole: rounding removes the round-off of the inverse.
-        whole = 2 ** (d * degree)
-        halves = [grid @ turn.T + shift for turn, shift in zip(turns, shifts, strict=True)]
-        parts = np.round(whole * np.stack([inverse @ shape(half, degree) for half in halves])) / whole
-        places = np.flatnonzero(((grid == 0) | (grid == 1)).all(axis=1))
-        return Basis(grid, inverse.T, places, turns, shifts, parts)
+        return Basis(
+            polynomials=partial(shape, degree=degree),
+            whole=2 ** (d * degree),
+            grid=grid,
+            from_values=inverse.T,
+            corners=np.flatnonzero(((grid == 0) | (grid == 1)).all(axis=1)),
+            turns=turns,
+            shifts=shifts,
+        )
 
 
 def _chebyshev(degree: int) -> Floats:

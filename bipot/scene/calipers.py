@@ -50,7 +50,7 @@ class Calipers(NamedTuple):
         >>> round(Calipers.of(edges, corners).strain(np.array([[0.0, 0.0], [-0.3, 0.4]])), 12)
         0.2
         """
-        apart = np.ptp(np.unique(ways, axis=0) @ self.normals.T, axis=0)
+        apart = np.ptp(ways @ self.normals.T, axis=0)
         return float((np.where(apart > ROUND_OFF * max_abs(ways), apart, 0.0) / self.widths).max())
 
 
