@@ -50,7 +50,9 @@ def course(accepted):
         ({"uncut": 0.1}, "course.uncut = 0.1: must be NaN if course.size is"),
         ({"landed": [0, 1]}, "course.landed = 'of type int64': must be booleans"),
         ({"landed": None}, "course.landed = 'of type object': must be booleans"),
-        ({"before": None}, "course.before = None: must be a Paced"),
+        ({"before": None}, "course.before = None: must be a tuple of Paced"),
+        ({"before": ()}, r"course.before = \(\): must be two"),
+        ({"before": (None, None)}, r"course.before\[0\] = None: must be a Paced"),
     ],
 )
 def test_impossible_values_are_refused_when_it_is_made(course, changes, words):
@@ -66,7 +68,7 @@ def test_impossible_values_are_refused_when_it_is_made(course, changes, words):
     ],
 )
 def test_so_are_those_of_the_increment_before(course, changes, words):
-    refused(lambda: replace(course.before, **changes), words)
+    refused(lambda: replace(course.before[0], **changes), words)
 
 
 @pytest.mark.parametrize(
@@ -77,10 +79,12 @@ def test_so_are_those_of_the_increment_before(course, changes, words):
             r"start.landed = 'of shape \(\d+,\)': must be of shape",
         ),
         (lambda c: {"size": 0.9, "uncut": 0.9}, "start.size = 0.9: must be at most 0.5.*, what is left of the path"),
-        (lambda c: _before(c, velocity=c.before.velocity[1:]), "start.before.velocity = 'of shape"),
-        (lambda c: _before(c, velocity=NAN * c.before.velocity), "start.before.velocity = 'NaN or infinite'"),
-        (lambda c: _before(c, tau=0.9), "start.before.tau = 0.9: must be below start.state.tau, 0.48"),
-        (lambda c: _before(c, middle=0.41), "start.before.middle = 0.41: must be at most start.before.tau"),
+        (lambda c: _before(c, velocity=c.before[0].velocity[1:]), r"start.before\[0\].velocity = 'of shape"),
+        (lambda c: _before(c, velocity=NAN * c.before[0].velocity), r"start.before\[0\].velocity = 'NaN or infinite'"),
+        (lambda c: _before(c, tau=0.9), r"start.before\[0\].tau = 0.9: must be below start.state.tau, 0.48"),
+        (lambda c: _before(c, middle=0.41), r"start.before\[0\].middle = 0.41: must be at most start.before\[0\].tau"),
+        (lambda c: _before(c, 1, tau=0.45), r"start.before\[1\].tau = 0.45: must be at most start.before\[0\].tau"),
+        (lambda c: _before(c, 1, middle=0.41), r"start.before\[1\].middle = 0.41: must be at most"),
         (lambda c: _state(c, nodes=c.state.nodes + 1.0), "start.nodes = 'held ones'"),
         (lambda c: _state(c, stress=10 * c.state.stress), "start.stress"),
     ],
@@ -89,8 +93,10 @@ def test_what_is_not_of_the_scene_is_refused_by_the_march(course, changes, words
     refused(lambda: ASKED.run(start=replace(course, **changes(course))), words)
 
 
-def _before(course, **changes):
-    return {"before": replace(course.before, **changes)}
+def _before(course, k=0, **changes):
+    before = list(course.before)
+    before[k] = replace(before[k], **changes)
+    return {"before": tuple(before)}
 
 
 def _state(course, **changes):
@@ -103,7 +109,7 @@ def test_a_course_of_another_mesh_is_refused(course):
 
 
 def test_its_arrays_refuse_to_be_written_to(course):
-    for array in (course.landed, course.before.velocity):
+    for array in (course.landed, *(paced.velocity for paced in course.before)):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
 
@@ -116,21 +122,24 @@ def test_a_copy_of_it_is_the_same(course, again):
 
 def test_it_counts_what_the_march_has_done(accepted):
     whole = ASKED.run()
-    course, start = accepted.course, accepted.start
+    course = accepted.course
     assert course.number == 5 == accepted.number
     assert course.state is accepted.state
     assert course.energies == accepted.energies
     assert course.largest == max(np.abs(a.solved.r).max() for a in whole[:5])
     assert np.isnan(course.size)
     assert not course.landed.any()
-    assert course.before.tau == start.tau
-    assert course.before.middle == pytest.approx((start.tau + whole[3].start.tau) / 2)
-    np.testing.assert_array_equal(course.before.velocity, start.rates)
+    for paced, before in zip(course.before, (whole[3], whole[2]), strict=True):
+        assert paced.tau == before.state.tau
+        assert paced.middle == pytest.approx((before.start.tau + before.state.tau) / 2)
+        np.testing.assert_array_equal(paced.velocity, before.state.rates)
 
 
 def test_one_that_begins_at_a_state_knows_of_nothing_before(accepted):
     course = Course.of(accepted.state)
     assert (course.number, course.energies) == (0, Energies())
     assert course.largest == np.abs(accepted.state.forces).max()
-    assert np.isnan([course.size, course.uncut, course.before.tau, course.before.middle]).all()
-    assert isinstance(course.before, Paced)
+    assert np.isnan([course.size, course.uncut]).all()
+    for paced in course.before:
+        assert isinstance(paced, Paced)
+        assert np.isnan([paced.tau, paced.middle]).all()

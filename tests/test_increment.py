@@ -85,9 +85,33 @@ def test_a_velocity_that_leads_away_is_kept_instead_of_extrapolated(change, kept
     turned = np.random.default_rng(1).normal(size=state.rates.shape)
     turned *= change * np.linalg.norm(state.rates) / np.linalg.norm(turned)
     before = Paced(state.tau - state.length, state.tau - 1.5 * state.length, state.rates - turned)
-    iterate = begin(Increment(system, state, state.tau + state.length), Pace(before), Bounds())
+    iterate = begin(Increment(system, state, state.tau + state.length), Pace((before,)), Bounds())
     expected = state.rates if kept else state.rates + turned
     np.testing.assert_allclose(iterate.x, system.body.space.gather(expected * state.length), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("bent", "by"), [(0.1, 2), (0.4, 1)])
+def test_a_velocity_that_changes_smoothly_is_extrapolated_by_a_quadratic(bent, by):
+    """In increments of unequal lengths; where the change itself changes too much, along a line."""
+    *_, step, _ = march(scene(), Schedule(40), Control(Newton()))
+    state, system, (h, ahead) = step.state, system_of(scene()), (step.state.length, 1.3 * step.state.length)
+    past = np.cumsum([0.0, h, 0.7 * h, 0.8 * h])
+    middles = -(past[:-1] + past[1:]) / 2
+    turn = 1e-3 * np.random.default_rng(1).normal(size=state.rates.shape) * np.linalg.norm(state.rates)
+    turn /= np.sqrt(turn.size)
+
+    def velocity(t):
+        """About the last middle."""
+        s = (t - middles[0]) / h
+        return state.rates + turn * (s + bent * s**2)
+
+    before = [Paced(state.tau - end, state.tau + t, velocity(t)) for end, t in zip(past[1:3], middles[1:], strict=True)]
+    found = predicted(Increment(system, state, state.tau + ahead), Pace(tuple(before)))
+    expected = velocity(ahead / 2)
+    if by == 1:
+        rate = (velocity(middles[0]) - velocity(middles[1])) / (middles[0] - middles[1])
+        expected = state.rates + rate * (ahead / 2 - middles[0])
+    np.testing.assert_allclose(found, system.body.space.gather(expected * ahead), rtol=1e-9, atol=1e-12 * ahead)
 
 
 @pytest.mark.parametrize(("stretch", "taken"), [(0.5, True), (9.0, False)])

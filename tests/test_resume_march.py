@@ -87,7 +87,7 @@ def test_what_the_predictor_remembers_is_needed():
     """Without it the rest is the same to the bounds of acceptance, but not to the last bit."""
     asked = upset(FORMS["newton"])
     before, after = asked.run()[3:5]
-    forgetful = replace(before.course, before=Paced.unknown(before.state))
+    forgetful = replace(before.course, before=2 * (Paced.unknown(before.state),))
     other = asked.run(start=forgetful)[0]
     assert unlike([asked.seen(after)], [asked.seen(other)]) != []
     np.testing.assert_allclose(other.solved.r, after.solved.r, atol=1e-6 * after.course.largest)

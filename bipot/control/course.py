@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from bipot.energy import Energies
-from bipot.errors import require, require_count, require_number, require_type
+from bipot.errors import require, require_count, require_number, require_tuple, require_type
 from bipot.forms.memory import Paced
 from bipot.increment import Solved, advance
 from bipot.response import State
@@ -27,7 +27,8 @@ class Course:
     next increment, and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where
     control begins anew. ``proposed`` is the length of the next increment chosen by an accuracy, NaN without one
     (:mod:`bipot.control.pacing`). ``landed`` (c,) marks the candidates at whose landing an increment was cut since the
-    last scheduled pseudo-time. ``before`` is the last increment but one as the predictor sees it, NaN where unknown.
+    last scheduled pseudo-time. ``before`` are the two increments before the last one as the predictor sees them, the
+    later first, NaN where unknown.
 
     All fields are values: floats, whole numbers and read-only arrays whose shapes the scene fixes.
 
@@ -43,7 +44,7 @@ class Course:
     size: float
     uncut: float
     landed: Bools
-    before: Paced
+    before: tuple[Paced, Paced]
     proposed: float = math.nan
 
     def __post_init__(self) -> None:
@@ -65,7 +66,9 @@ class Course:
         marked = as_array(self.landed, "course.landed")
         require(marked.dtype.kind == "b", "course.landed", f"of type {marked.dtype}", "booleans")
         object.__setattr__(self, "landed", read_only(marked, np.bool_))
-        require_type(self.before, Paced, "course.before")
+        before = require_tuple(self.before, Paced, "course.before")
+        require(len(before) == 2, "course.before", before, "two")
+        object.__setattr__(self, "before", before)
 
     @staticmethod
     def of(state: State) -> Course:
@@ -78,19 +81,20 @@ class Course:
             size=math.nan,
             uncut=math.nan,
             landed=np.zeros(len(state.gap), dtype=np.bool_),
-            before=Paced.unknown(state),
+            before=(Paced.unknown(state), Paced.unknown(state)),
         )
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
         start, state, quicker = self.state, advance(self.state, solved), solved.iterate.increment.past.quicker
+        later, _ = self.before
         return replace(
             self.scheduled(),
             state=state,
             number=self.number + 1,
             energies=self.energies.after(start, state, solved),
             largest=max(self.largest, max_abs(state.forces)),
-            before=self.before.next(start).at_pace(quicker, start.tau),
+            before=(later.next(start).at_pace(quicker, start.tau), later.at_pace(quicker, start.tau)),
             proposed=proposed,
         )
 

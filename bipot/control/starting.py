@@ -55,15 +55,20 @@ def course_of(start: State | Course | None, system: System, equilibrium: float) 
         return Course.of(start)
     require(isinstance(start, Course), "start", start, "a State, a Course or None")
     require_start(start.state, system, equilibrium)
-    at_rest, tau, before = Course.of(system.rest()), start.state.tau, start.before
+    at_rest, tau = Course.of(system.rest()), start.state.tau
     allowed = f"at most {1 - tau:g}, what is left of the path"
     require(not start.size > 1 - tau, "start.size", start.size, allowed)
     _require_like(start.landed, at_rest.landed, "start.landed")
-    _require_like(before.velocity, at_rest.before.velocity, "start.before.velocity")
-    require(not before.tau >= tau, "start.before.tau", before.tau, f"below start.state.tau, {tau:g}")
-    # Seen at a pace many times as fast, both come so near to now that round-off may make them equal.
-    allowed = f"at most start.before.tau, {before.tau:g}"
-    require(not before.middle > before.tau, "start.before.middle", before.middle, allowed)
+    for k, paced in enumerate(start.before):
+        _require_like(paced.velocity, at_rest.before[k].velocity, f"start.before[{k}].velocity")
+    later, earlier = start.before
+    require(not later.tau >= tau, "start.before[0].tau", later.tau, f"below start.state.tau, {tau:g}")
+    # Seen at a pace many times as fast, they come so near to now that round-off may make them equal.
+    allowed = f"at most start.before[0].tau, {later.tau:g}"
+    require(not earlier.tau > later.tau, "start.before[1].tau", earlier.tau, allowed)
+    for k, paced in enumerate(start.before):
+        allowed = f"at most start.before[{k}].tau, {paced.tau:g}"
+        require(not paced.middle > paced.tau, f"start.before[{k}].middle", paced.middle, allowed)
     return start
 
 

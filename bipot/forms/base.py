@@ -73,8 +73,8 @@ class Cache:
     _pattern: Pattern | None = None
     _frames: tuple[bytes, Frames] | None = None
 
-    def begin(self, before: Paced) -> None:
-        """Begin an increment, with ``before`` the last but one; drop what depends on numbers of earlier increments."""
+    def begin(self, before: tuple[Paced, ...]) -> None:
+        """Begin an increment, those ``before`` the last known; drop what depends on numbers of earlier increments."""
         self.pace = Pace(before)
         self.handles.clear()
 

@@ -16,8 +16,10 @@ from bipot.response import State
 from bipot.system import System
 from bipot.typing import Bools, Floats, Ints, as_numbers, make_floats, read_only
 
-BOUNDED = 0.3
-"""Change of the velocity, over its norm, up to which it is extrapolated."""
+BOUNDED, SMOOTH = 0.3, 0.5
+"""Change of the velocity, over its norm, up to which it is extrapolated; a quadratic's part of it over the linear one,
+up to which the change is smooth.
+"""
 
 FASTER = 1.05
 """Ratio of the velocities of two increments above which a maximum of the load is inferred."""
@@ -127,41 +129,51 @@ class Paced:
 
 @dataclass(frozen=True)
 class Pace:
-    """Predicts an increment's motion: the velocity extrapolated linearly from the last two increments.
+    """Predicts an increment's motion: the velocity extrapolated from the last increments, by a quadratic from three.
 
     The velocity of an increment is taken as that at its middle. Where it changes by more than BOUNDED of itself (first
-    yield, a landing, a reversal) the last velocity is kept. ``before`` is the last increment but one, None if unknown.
-    Both increments are seen at the pace of the one to be predicted (:mod:`bipot.scene.paces`).
+    yield, a landing, a reversal) the last velocity is kept, and where the change is not SMOOTH it goes on linearly.
+    ``before`` are the increments before the last one, the later first, as many as are known. All are seen at the pace
+    of the one to be predicted (:mod:`bipot.scene.paces`).
     """
 
-    before: Paced | None = None
+    before: tuple[Paced, ...] = ()
 
     def predict(self, increment: Increment) -> Floats:
         """Displacements in the ``increment``, node by node, and motions of driven tools (a d + m,)."""
-        before, last = self._seen(increment)
-        start, velocity = increment.start, last.velocity
+        last, before, earlier = self._seen(increment)
+        velocity, length = last.velocity, increment.tau - increment.start.tau
         over = last.middle - before.middle
-        if over > 0:
-            ahead = (start.tau + increment.tau) / 2 - last.middle
-            change = (velocity - before.velocity) * (ahead / over)
-            bounded = np.linalg.norm(change) <= BOUNDED * np.linalg.norm(velocity)
-            velocity = velocity + change if bounded else velocity
-        return velocity * (increment.tau - start.tau)
+        if not over > 0:
+            return velocity * length
+        middle = (increment.start.tau + increment.tau) / 2
+        slope = (velocity - before.velocity) / over
+        change = slope * (middle - last.middle)
+        size = float(np.linalg.norm(change))
+        if not size <= BOUNDED * np.linalg.norm(velocity):
+            return velocity * length
+        if before.middle > earlier.middle:
+            earlier_slope = (before.velocity - earlier.velocity) / (before.middle - earlier.middle)
+            bend = (slope - earlier_slope) / (last.middle - earlier.middle)
+            bend *= (middle - last.middle) * (middle - before.middle)
+            if np.linalg.norm(bend) <= SMOOTH * size:
+                change += bend
+        return (velocity + change) * length
 
     def maximum(self, increment: Increment) -> float | None:
         """The pseudo-time of a maximum of the load, inferred from the acceleration up to the ``increment``, or None.
 
         Near a maximum at tau_c, |velocity| grows as (tau_c - tau)^(-1/2), so that |velocity|^-2 goes to zero linearly.
         """
-        before, last = self._seen(increment)
+        last, before, _ = self._seen(increment)
         over = last.middle - before.middle
         fast, slow = (float(v @ v) for v in (last.velocity, before.velocity))
         if not over > 0 or not fast > FASTER**2 * slow > 0:
             return None
         return last.middle + over / (fast / slow - 1)
 
-    def _seen(self, increment: Increment) -> tuple[Paced, Paced]:
-        """The last two increments before the ``increment``, as seen at its pace."""
-        state, before = increment.start, self.before or Paced.unknown(increment.start)
-        quicker = increment.past.quicker
-        return before.at_pace(quicker, state.tau), before.next(state).at_pace(quicker, state.tau)
+    def _seen(self, increment: Increment) -> tuple[Paced, ...]:
+        """The last three increments before the ``increment``, the last first, as seen at its pace."""
+        state, quicker = increment.start, increment.past.quicker
+        before, earlier = (*self.before, *(2 * [Paced.unknown(state)]))[:2]
+        return tuple(paced.at_pace(quicker, state.tau) for paced in (before.next(state), before, earlier))

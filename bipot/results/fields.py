@@ -152,8 +152,8 @@ def step_fields(step: StoredStep) -> dict[str, ArrayLike]:
         "uncut": course.uncut,
         "proposed": course.proposed,
         "landed": course.landed.astype(np.uint8),
-        "before_times": [course.before.tau, course.before.middle],
-        "before_velocity": course.before.velocity,
+        "before_times": [(paced.tau, paced.middle) for paced in course.before],
+        "before_velocity": [paced.velocity for paced in course.before],
         "force_tol": step.tractions.force_tol,
         "slip_tol": step.tractions.slip_tol,
     }

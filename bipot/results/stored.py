@@ -193,8 +193,9 @@ class Run:
             return group.rows(name, kind, step, step + 1, shape, finite=finite)[0]
 
         state = self._state(step, one)
-        tau, middle = one("before_times", (2,), finite=False)
-        velocity = one("before_velocity", (state.nodes.size + len(state.translation),))
+        times = one("before_times", (2, 2), finite=False)
+        velocities = one("before_velocity", (2, state.nodes.size + len(state.translation)))
+        later, earlier = (Paced(float(t[0]), float(t[1]), v) for t, v in zip(times, velocities, strict=True))
         return self._made(
             f"step {step}",
             lambda: Course(
@@ -205,7 +206,7 @@ class Run:
                 size=float(one("size", finite=False)),
                 uncut=float(one("uncut", finite=False)),
                 landed=one("landed", state.gap.shape, "u").astype(np.bool_),
-                before=Paced(float(tau), float(middle), velocity),
+                before=(later, earlier),
                 proposed=float(one("proposed", finite=False)),
             ),
         )
