@@ -203,7 +203,7 @@ def _first(increment: Increment, limits: Limits, cache: Cache, near_to: Near | N
     """The iterate and the contact forces (c, d) from which the iteration starts."""
     if near_to is None:
         # What no law determines is none, and not what it was while the tool moved.
-        forces = np.where(increment.rows.idle, 0.0, increment.start.forces)
+        forces = np.where(increment.rows.idle, 0.0, cache.pace.forces(increment))
         return begin(increment, cache.pace, limits.bounds), forces
     return increment.at(near_to.response.x), near_to.r
 

@@ -106,7 +106,7 @@ class System:
         contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
         free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]
         forces = 1 + (d - 1) * contacts.tangent_free
-        return len(np.unique(contacts.node)) < len(contacts.node) or bool((forces > free).any())
+        return not contacts.alone.all() or bool((forces > free).any())
 
     @cached_property
     def rigidity(self) -> Rigidity:

@@ -65,6 +65,7 @@ def test_impossible_values_are_refused_when_it_is_made(course, changes, words):
         ({"tau": "0"}, "paced.tau = '0': must be a number"),
         ({"middle": None}, "paced.middle = None: must be a number"),
         ({"velocity": ["fast"]}, "paced.velocity"),
+        ({"forces": None}, "paced.forces"),
     ],
 )
 def test_so_are_those_of_the_increment_before(course, changes, words):
@@ -81,6 +82,7 @@ def test_so_are_those_of_the_increment_before(course, changes, words):
         (lambda c: {"size": 0.9, "uncut": 0.9}, "start.size = 0.9: must be at most 0.5.*, what is left of the path"),
         (lambda c: _before(c, velocity=c.before[0].velocity[1:]), r"start.before\[0\].velocity = 'of shape"),
         (lambda c: _before(c, velocity=NAN * c.before[0].velocity), r"start.before\[0\].velocity = 'NaN or infinite'"),
+        (lambda c: _before(c, forces=c.before[0].forces[1:]), r"start.before\[0\].forces = 'of shape"),
         (lambda c: _before(c, tau=0.9), r"start.before\[0\].tau = 0.9: must be below start.state.tau, 0.48"),
         (lambda c: _before(c, middle=0.41), r"start.before\[0\].middle = 0.41: must be at most start.before\[0\].tau"),
         (lambda c: _before(c, 1, tau=0.45), r"start.before\[1\].tau = 0.45: must be at most start.before\[0\].tau"),
@@ -109,7 +111,7 @@ def test_a_course_of_another_mesh_is_refused(course):
 
 
 def test_its_arrays_refuse_to_be_written_to(course):
-    for array in (course.landed, *(paced.velocity for paced in course.before)):
+    for array in (course.landed, *(array for paced in course.before for array in (paced.velocity, paced.forces))):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
 
@@ -133,6 +135,7 @@ def test_it_counts_what_the_march_has_done(accepted):
         assert paced.tau == before.state.tau
         assert paced.middle == pytest.approx((before.start.tau + before.state.tau) / 2)
         np.testing.assert_array_equal(paced.velocity, before.state.rates)
+        np.testing.assert_array_equal(paced.forces, before.state.forces)
 
 
 def test_one_that_begins_at_a_state_knows_of_nothing_before(accepted):

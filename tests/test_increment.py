@@ -84,7 +84,7 @@ def test_a_velocity_that_leads_away_is_kept_instead_of_extrapolated(change, kept
     state, system = step.state, system_of(scene())
     turned = np.random.default_rng(1).normal(size=state.rates.shape)
     turned *= change * np.linalg.norm(state.rates) / np.linalg.norm(turned)
-    before = Paced(state.tau - state.length, state.tau - 1.5 * state.length, state.rates - turned)
+    before = Paced(state.tau - state.length, state.tau - 1.5 * state.length, state.rates - turned, state.forces)
     iterate = begin(Increment(system, state, state.tau + state.length), Pace((before,)), Bounds())
     expected = state.rates if kept else state.rates + turned
     np.testing.assert_allclose(iterate.x, system.body.space.gather(expected * state.length), rtol=1e-9)
@@ -105,7 +105,8 @@ def test_a_velocity_that_changes_smoothly_is_extrapolated_by_a_quadratic(bent, b
         s = (t - middles[0]) / h
         return state.rates + turn * (s + bent * s**2)
 
-    before = [Paced(state.tau - end, state.tau + t, velocity(t)) for end, t in zip(past[1:3], middles[1:], strict=True)]
+    behind = zip(past[1:3], middles[1:], strict=True)
+    before = [Paced(state.tau - end, state.tau + t, velocity(t), state.forces) for end, t in behind]
     found = predicted(Increment(system, state, state.tau + ahead), Pace(tuple(before)))
     expected = velocity(ahead / 2)
     if by == 1:

@@ -286,8 +286,9 @@ def test_the_way_since_the_last_turn_is_told_at_the_pace_of_now():
 
 
 def test_an_increment_seen_at_another_pace_is_as_far_back_as_it_would_be():
-    paced = Paced(0.5, 0.25, np.array([1.0, -2.0]))
+    paced = Paced(0.5, 0.25, np.array([1.0, -2.0]), np.array([[3.0, 0.5]]))
     found = paced.at_pace(4.0, 1.0)
     assert (found.tau, found.middle) == (1 - 0.5 / 4, 1 - 0.75 / 4)
     np.testing.assert_array_equal(found.velocity, [4.0, -8.0])
+    np.testing.assert_array_equal(found.forces, paced.forces)
     assert paced.at_pace(1.0, 1.0) is paced

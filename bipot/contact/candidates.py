@@ -81,6 +81,11 @@ class Candidates:
         return out
 
     @cached_property
+    def alone(self) -> Bools:
+        """Which candidates (c,) are the only ones at their node."""
+        return np.asarray(np.bincount(self.node)[self.node] == 1)
+
+    @cached_property
     def curved(self) -> bool:
         """Whether a tool is curved, so that rows depend on the positions of candidates."""
         return not all(tool.flat for tool in self.scene.tools)

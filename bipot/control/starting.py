@@ -60,7 +60,9 @@ def course_of(start: State | Course | None, system: System, equilibrium: float) 
     require(not start.size > 1 - tau, "start.size", start.size, allowed)
     _require_like(start.landed, at_rest.landed, "start.landed")
     for k, paced in enumerate(start.before):
-        _require_like(paced.velocity, at_rest.before[k].velocity, f"start.before[{k}].velocity")
+        for name in ("velocity", "forces"):
+            like = getattr(at_rest.before[k], name)
+            _require_like(getattr(paced, name), like, f"start.before[{k}].{name}")
     later, earlier = start.before
     require(not later.tau >= tau, "start.before[0].tau", later.tau, f"below start.state.tau, {tau:g}")
     # Seen at a pace many times as fast, they come so near to now that round-off may make them equal.

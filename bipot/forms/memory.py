@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.contact.closeness import carries
 from bipot.fem.assembly import Space
 from bipot.fem.strain import Scratch
 from bipot.iterate import Increment
@@ -14,11 +15,12 @@ from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.system import System
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, as_numbers, make_floats, read_only
 
 BOUNDED, SMOOTH = 0.3, 0.5
-"""Change of the velocity, over its norm, up to which it is extrapolated; a quadratic's part of it over the linear one,
-up to which the change is smooth.
+"""Change of the velocity, or of a contact force, over its norm, up to which it is extrapolated; a quadratic's part of a
+change over the linear one, up to which the change is smooth.
 """
 
 FASTER = 1.05
@@ -95,42 +97,45 @@ class Setup:
 
 @dataclass(frozen=True)
 class Paced:
-    """An accepted increment as the predictor sees it: its end ``tau``, its middle, and its velocity.
+    """An accepted increment as the predictor sees it: its end ``tau``, its middle, its velocity, its contact forces.
 
-    The velocity (a d + m,) of nodes and driven tools is read-only. An unknown end is NaN, and so is a middle whose
-    beginning or end is unknown.
+    The velocity (a d + m,) of nodes and driven tools and the ``forces`` (c, d) at its end are read-only. An unknown end
+    is NaN, and so is a middle whose beginning or end is unknown.
     """
 
     tau: float
     middle: float
     velocity: Floats
+    forces: Floats
 
     def __post_init__(self) -> None:
         make_floats(self, "tau", "middle", of="paced.")
-        velocity = as_numbers(self.velocity, "paced.velocity")
-        object.__setattr__(self, "velocity", read_only(velocity, np.float64))
+        for name in ("velocity", "forces"):
+            numbers = as_numbers(getattr(self, name), f"paced.{name}")
+            object.__setattr__(self, name, read_only(numbers, np.float64))
 
     @staticmethod
     def unknown(state: State) -> Paced:
         """The increment before one that led to ``state`` from an unknown beginning."""
-        return Paced(math.nan, math.nan, np.zeros_like(state.rates))
+        return Paced(math.nan, math.nan, np.zeros_like(state.rates), np.zeros_like(state.forces))
 
     def next(self, state: State) -> Paced:
         """The increment after this one, which led to ``state``."""
-        return Paced(state.tau, (self.tau + state.tau) / 2, state.rates)
+        return Paced(state.tau, (self.tau + state.tau) / 2, state.rates, state.forces)
 
     def at_pace(self, quicker: float, now: float) -> Paced:
         """The same increment as if everything up to the pseudo-time ``now`` had gone ``quicker`` times as fast."""
         if quicker == 1:
             return self
         tau, middle = (now - (now - then) / quicker for then in (self.tau, self.middle))
-        return Paced(tau, middle, quicker * self.velocity)
+        return Paced(tau, middle, quicker * self.velocity, self.forces)
 
 
 @dataclass(frozen=True)
 class Pace:
     """Predicts an increment's motion: the velocity extrapolated from the last increments, by a quadratic from three.
 
+    Contact forces at the end are extrapolated linearly: those that slip turns in space are then met in one pass, too.
     The velocity of an increment is taken as that at its middle. Where it changes by more than BOUNDED of itself (first
     yield, a landing, a reversal) the last velocity is kept, and where the change is not SMOOTH it goes on linearly.
     ``before`` are the increments before the last one, the later first, as many as are known. All are seen at the pace
@@ -159,6 +164,19 @@ class Pace:
             if np.linalg.norm(bend) <= SMOOTH * size:
                 change += bend
         return (velocity + change) * length
+
+    def forces(self, increment: Increment) -> Floats:
+        """Contact forces (c, d) at the end of the ``increment``, those at its start where nothing tells their change.
+
+        Of contacts that share a node, a part of the forces may be undetermined, and would go on for ever.
+        """
+        last, before, _ = self._seen(increment)
+        r, over, contacts = last.forces, last.tau - before.tau, increment.system.candidates
+        if not over > 0 or increment.past.turns or (contacts.weighted and not contacts.alone.all()):
+            return r
+        change = (r - before.forces) * ((increment.tau - last.tau) / over)
+        goes_on = contacts.alone & carries(r) & carries(before.forces) & (norm(change) <= BOUNDED * norm(r))
+        return r + np.where(goes_on[:, None], change, 0.0)
 
     def maximum(self, increment: Increment) -> float | None:
         """The pseudo-time of a maximum of the load, inferred from the acceleration up to the ``increment``, or None.

@@ -154,6 +154,7 @@ def step_fields(step: StoredStep) -> dict[str, ArrayLike]:
         "landed": course.landed.astype(np.uint8),
         "before_times": [(paced.tau, paced.middle) for paced in course.before],
         "before_velocity": [paced.velocity for paced in course.before],
+        "before_forces": [paced.forces for paced in course.before],
         "force_tol": step.tractions.force_tol,
         "slip_tol": step.tractions.slip_tol,
     }

@@ -195,7 +195,9 @@ class Run:
         state = self._state(step, one)
         times = one("before_times", (2, 2), finite=False)
         velocities = one("before_velocity", (2, state.nodes.size + len(state.translation)))
-        later, earlier = (Paced(float(t[0]), float(t[1]), v) for t, v in zip(times, velocities, strict=True))
+        forces = one("before_forces", (2, *state.forces.shape))
+        seen = zip(times.tolist(), velocities, forces, strict=True)
+        later, earlier = (Paced(tau, middle, v, r) for (tau, middle), v, r in seen)
         return self._made(
             f"step {step}",
             lambda: Course(
