@@ -28,6 +28,7 @@ from bipot.control.starting import course_of
 from bipot.errors import BrokenSolver, require, require_type
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache
+from bipot.forms.memory import Pace
 from bipot.increment import Observer, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
@@ -36,6 +37,9 @@ from bipot.scene.scene import Scene
 from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
 from bipot.yielding import is_past_yield
+
+PRECISE = 1e-3
+"""Largest bound on equilibrium with which answers are precise enough to predict by (:class:`Pace`)."""
 
 DIGITS = 2.0
 """Least length of an increment, over the spacing of floating-point numbers at its pseudo-time."""
@@ -123,7 +127,7 @@ def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[
 def _next(shared: Shared, course: Course, target: float) -> Accepted:
     """The next increment on the way to the scheduled ``target``."""
     began = time.perf_counter()
-    shared.cache.begin(course.before)
+    shared.cache.begin(Pace(course.before, shared.control.limits.bounds.equilibrium <= PRECISE))
     found = _located(shared, course, _accurate(shared, course, target), target)
     solved, reasons = found.solved, found.reasons
     if solved.almost:

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Handle
-from bipot.forms.memory import Pace, Paced, Setup, ordered
+from bipot.forms.memory import Pace, Setup, ordered
 from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import TangentProgram
@@ -73,9 +73,9 @@ class Cache:
     _pattern: Pattern | None = None
     _frames: tuple[bytes, Frames] | None = None
 
-    def begin(self, before: tuple[Paced, ...]) -> None:
-        """Begin an increment, those ``before`` the last known; drop what depends on numbers of earlier increments."""
-        self.pace = Pace(before)
+    def begin(self, pace: Pace) -> None:
+        """Begin an increment at this ``pace``; drop what depends on numbers of earlier increments."""
+        self.pace = pace
         self.handles.clear()
 
     def split(self, program: TangentProgram) -> Split:

@@ -139,10 +139,12 @@ class Pace:
     The velocity of an increment is taken as that at its middle. Where it changes by more than BOUNDED of itself (first
     yield, a landing, a reversal) the last velocity is kept, and where the change is not SMOOTH it goes on linearly.
     ``before`` are the increments before the last one, the later first, as many as are known. All are seen at the pace
-    of the one to be predicted (:mod:`bipot.scene.paces`).
+    of the one to be predicted (:mod:`bipot.scene.paces`). From answers that are not ``precise``, as of a scheme that
+    iterates nothing, errors would grow from start to start: there the velocity goes on linearly and forces stay.
     """
 
     before: tuple[Paced, ...] = ()
+    precise: bool = True
 
     def predict(self, increment: Increment) -> Floats:
         """Displacements in the ``increment``, node by node, and motions of driven tools (a d + m,)."""
@@ -157,7 +159,7 @@ class Pace:
         size = float(np.linalg.norm(change))
         if not size <= BOUNDED * np.linalg.norm(velocity):
             return velocity * length
-        if before.middle > earlier.middle:
+        if self.precise and before.middle > earlier.middle:
             earlier_slope = (before.velocity - earlier.velocity) / (before.middle - earlier.middle)
             bend = (slope - earlier_slope) / (last.middle - earlier.middle)
             bend *= (middle - last.middle) * (middle - before.middle)
@@ -172,7 +174,8 @@ class Pace:
         """
         last, before, _ = self._seen(increment)
         r, over, contacts = last.forces, last.tau - before.tau, increment.system.candidates
-        if not over > 0 or increment.past.turns or (contacts.weighted and not contacts.alone.all()):
+        known = self.precise and over > 0 and not increment.past.turns
+        if not known or (contacts.weighted and not contacts.alone.all()):
             return r
         change = (r - before.forces) * ((increment.tau - last.tau) / over)
         goes_on = contacts.alone & carries(r) & carries(before.forces) & (norm(change) <= BOUNDED * norm(r))

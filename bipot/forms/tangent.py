@@ -130,8 +130,10 @@ class Tangent:
 
     def _linearised(self, iterate: Iterate, r: Floats, state: Posed, clock: Stopwatch) -> Raw | None:
         """Exact friction on the exact linearisation; None far from a solution, and after a pass that led no nearer."""
-        astray = state.rose or state.distance is None or state.distance > LINEAR
-        if not self._skips or astray or in_the_air(iterate, r):
+        if not self._skips or state.rose or in_the_air(iterate, r):
+            return None
+        distance = distance_of(iterate, r, state) if state.distance is None else state.distance
+        if distance > LINEAR:
             return None
         began = clock.outside()
         model = exact_model(iterate, r, state, clock)
