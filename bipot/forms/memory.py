@@ -196,5 +196,6 @@ class Pace:
     def _seen(self, increment: Increment) -> tuple[Paced, ...]:
         """The last three increments before the ``increment``, the last first, as seen at its pace."""
         state, quicker = increment.start, increment.past.quicker
-        before, earlier = (*self.before, *(2 * [Paced.unknown(state)]))[:2]
+        missing = 2 - len(self.before)
+        before, earlier = self.before + missing * (Paced.unknown(state),) if missing else self.before
         return tuple(paced.at_pace(quicker, state.tau) for paced in (before.next(state), before, earlier))
