@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from bipot.conic.clarabel import Clarabel
@@ -40,6 +41,31 @@ class Given:
         return replace(Clarabel().solve(program, accuracy)[0], **self.parts), None
 
 
+class Precise:
+    """One that gives numbers of more digits."""
+
+    def solve(self, program, accuracy, last=None):
+        answer, handle = Clarabel().solve(program, accuracy)
+        return replace(answer, x=answer.x.astype(np.longdouble)), handle
+
+
+class Factorless:
+    """A linear solver with an error in it."""
+
+    def factorise(self, transpose, panel):
+        return {}["x"]
+
+
+class Short:
+    """One whose answers lack a number, and which is its own factors."""
+
+    def factorise(self, transpose, panel):
+        return self
+
+    def solve(self, b):
+        return b[:-1]
+
+
 class Sweeps:
     """A solver of the discrete problem with an error in it."""
 
@@ -60,8 +86,10 @@ class Sweeps:
         (Dissipation(solver=Given(x=None)), "Given raised SceneError", SceneError),
         (Dissipation(solver=Given(dual={})), "Given raised SceneError", SceneError),
         (Delassus(Sweeps()), "Sweeps raised KeyError", KeyError),
+        (Newton(linear=Factorless()), "Factorless raised KeyError", KeyError),
+        (Newton(linear=Short()), "Short raised ValueError", ValueError),
     ],
-    ids=["broken", "answerless", "placeless", "forceless", "sweeps"],
+    ids=["broken", "answerless", "placeless", "forceless", "sweeps", "factorless", "short"],
 )
 def test_an_error_in_a_solver_of_ones_own_is_the_cause_and_no_other_form_hides_it(form, said, cause, tmp_path):
     """It escaped bare, without state and history."""
@@ -77,3 +105,10 @@ def test_an_error_in_a_solver_of_ones_own_is_the_cause_and_no_other_form_hides_i
     assert failed.value.state is first.state
     assert len(failed.value.history) == 1
     assert type(failed.value.__cause__) is cause
+
+
+@pytest.mark.skipif(np.can_cast(np.longdouble, np.float64), reason="this platform's numbers have no more digits")
+def test_numbers_of_more_digits_are_no_answer():
+    """They ended in a bare TypeError where a sparse matrix met them."""
+    with pytest.raises(IncrementFailed, match=r"Precise raised SceneError: answer.x = .*of at most 64 bits"):
+        next(march(scene(), Schedule(2), Control(Dissipation(solver=Precise()), ())))

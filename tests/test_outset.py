@@ -1,4 +1,4 @@
-"""The first pass of an increment from rest far past first yield: flow without friction, from where Newton is quick."""
+"""The first passes of an increment from rest far past first yield: soft flow, from where Newton is quick."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from bipot.iterate import Increment
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, RateVonMises
 from bipot.meshes.elements import Element
-from bipot.meshes.sections import block
+from bipot.meshes.sections import block, ring
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
@@ -45,6 +45,14 @@ def pulled() -> Scene:
     return Scene(block(1.0, 1.0, 3, 3), Geometry.AXISYMMETRIC, STEEL, held)
 
 
+def rubbed(mu: float) -> Scene:
+    """A ring between two flat tools, which friction alone holds."""
+    above = FlatTool((0.0, 0.5), (0.0, -1.0), (0.0, -0.025), ("top",), mu)
+    below = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), mu)
+    mesh = ring(0.7, 1.7, 0.5, 5, 2, element=Element.Q4)
+    return Scene(mesh, Geometry.AXISYMMETRIC, STEEL, (), (above, below))
+
+
 ALONE = Control(Newton(), ())
 
 
@@ -62,6 +70,8 @@ SHORT = {
     "a cube": (eighth, 6),
     "beneath a welded tool": (lambda: eighth(np.inf), 7),
     "held by friction alone": (free, 8),
+    "pressed by a sixth under high friction": (lambda: eighth(0.5, 0.15), 6),
+    "a ring to which tools stick": (lambda: rubbed(0.5), 6),
     "pulled by supports": (pulled, 7),
 }
 

@@ -97,7 +97,9 @@ def answered(
 def _require_numbers(value: object, shape: tuple[int, ...], field: str) -> None:
     found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
     right = isinstance(value, np.ndarray) and value.shape == shape and value.dtype.kind == "f"
-    require(right, field, found, f"an array {shape} of floating-point numbers")
+    # Sparse matrices do not take numbers of more digits than their own.
+    right = right and np.dtype(np.float64).itemsize >= np.asarray(value).itemsize
+    require(right, field, found, f"an array {shape} of floating-point numbers of at most 64 bits")
 
 
 def infeasible() -> InfeasibleProgram:

@@ -11,7 +11,7 @@ from bipot.conic.problem import Claim, Timing
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
-from bipot.forms.outset import flow_from_rest, resisted, touching
+from bipot.forms.outset import FLOWS, flow_from_rest, resisted, touching
 from bipot.forms.point import Law, Point
 from bipot.forms.search import FOLDED, Aim, Search
 from bipot.iterate import Iterate
@@ -48,7 +48,8 @@ class Reuse:
 class Memory:
     """What Newton carries from pass to pass: the last factor, the merits so far, and ``here``, the point where it is.
 
-    ``here`` is made in the first pass, which includes its cost.
+    ``here`` is made in the first pass, which includes its cost. ``flows`` counts the passes in which a body at rest
+    flowed, of which there are no merits.
     """
 
     setup: Setup
@@ -56,6 +57,7 @@ class Memory:
     linearised: Linearised[Pieces] | None = None
     merits: tuple[float, ...] = ()
     here: Point | None = None
+    flows: int = 0
 
 
 @dataclass(frozen=True)
@@ -86,10 +88,11 @@ class Newton:
         """
         clock = Stopwatch()
         began = clock.outside()
-        if state.here is None:
-            flow = flow_from_rest(iterate, state.law, state.setup, self.linear)
+        if not state.merits and state.flows < FLOWS:
+            flow = flow_from_rest(iterate, state.here, state.law, state.setup, self.linear)
             if flow is not None:
-                return _answer(flow, Timing(solve=clock.outside() - began)), replace(state, here=flow)
+                flowed = replace(state, here=flow, flows=state.flows + 1)
+                return _answer(flow, Timing(solve=clock.outside() - began)), flowed
         here = state.here or self._first(iterate, r, state)
         merits = (*state.merits, here.merit)
         frames = state.law.frames_at(here.iterate)

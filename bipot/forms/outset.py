@@ -5,8 +5,9 @@ way back in short steps. Its first pass instead lets a body flow that is elastic
 
     G_s = sigma_Y / (3 eps),    eps the strain by which tools and supports go (:func:`bipot.yielding.strain_of`),
 
-nearly incompressible as plastic flow is, at contacts without friction where tools touch it at rest. All of them then
-slide, and friction goes with the slip.
+nearly incompressible as plastic flow is. Contacts that touch at rest are without friction where that is low, so that
+all of them slide, and stick where it is high; then friction goes with the slip. Where this is still far from the
+equilibrium and law of that body, because it goes far or slides where it stuck, a second pass lets it flow once more.
 """
 
 from __future__ import annotations
@@ -32,34 +33,44 @@ from bipot.yielding import ROUND_OFF, strain_of, yielded_strain
 LEAST = 1e-5
 """Secant shear modulus over the bulk modulus below which pressures of such flow would be round-off."""
 
+FLOWS, SETTLED = 2, 3.0
+"""Most passes of such flow, and the error (:attr:`bipot.forms.point.Point.error`) up to which the second is spared."""
+
+LOW = 0.35
+"""Coefficient of friction up to which most of a body's contacts slide in such flow."""
+
 NEAR_ENOUGH, TRIALS = (0.5, 2.0), 40
 """Range of the force of contacts on a tool over its driving force that is accurate enough for a starting point, and the
 most trials to get there."""
 
 
-def flow_from_rest(iterate: Iterate, law: Law, setup: Setup, linear: LinearSolver) -> Point | None:
+def flow_from_rest(iterate: Iterate, last: Point | None, law: Law, setup: Setup, linear: LinearSolver) -> Point | None:
     """The point to which the body flows in an increment from rest (module docstring), None where there is none.
 
-    None, too, if an element folds in such flow, or if tools that leave a body and friction alone would strain it.
+    It flows once more from the ``last`` point of such flow, if there is one. None, too, if an element folds in such
+    flow, or if tools that leave a body and friction alone would strain it.
     """
-    increment, rows = iterate.increment, iterate.rows
+    increment = iterate.increment
     shear = flow_modulus(increment)
     if not shear:
         return None
     internal, element = increment.system.body.softened(iterate.response, shear)
-    unloaded = np.zeros((rows.count, 1 + rows.tangents))
-    pieces = _pieces_of_flow(iterate, law, unloaded)
     residual = internal + iterate.residual - iterate.response.internal
+    unloaded = np.zeros((iterate.rows.count, 1 + iterate.rows.tangents))
+    pieces, r = (_pieces_of_flow(iterate, law, unloaded), unloaded) if last is None else (last.pieces, last.r)
+    here = law.at(iterate, r, pieces, residual)
+    if last is not None and here.error <= SETTLED:
+        return None
     with suppress(InvertedElement, NotConverged, ProgramError):
         flow = Linearised.of(setup.data(element), law.frames_at(iterate), pieces, linear)
-        dx, r = flow.step(residual, pieces.value(iterate.motion, unloaded), unloaded)
+        dx, r = flow.step(residual, here.miss, r)
         there, r = increment.at(iterate.x + dx), np.where(pieces.none, 0.0, r)
-        r[~rows.tied, 0] = np.maximum(r[~rows.tied, 0], 0.0)
+        r[~there.rows.tied, 0] = np.maximum(r[~there.rows.tied, 0], 0.0)
         slipped = law.point(there, r, None)
         # Friction that goes with the slip is what the law misses.
         slides = slipped.pieces.closed & slipped.pieces.disc.slides
         r[slides, 1:] -= slipped.miss[slides, 1:]
-        return law.point(there, r, None) if there.response.returned.plastic.any() else None
+        return law.at(there, r, slipped.pieces) if there.response.returned.plastic.any() else None
     return None
 
 
@@ -82,17 +93,18 @@ def flow_modulus(increment: Increment) -> float:
 
 
 def _pieces_of_flow(iterate: Iterate, law: Law, unloaded: Floats) -> Pieces:
-    """The law without friction at the contacts that touch at the start, or with sticking ones where that holds no body.
+    """The law of the contacts that touch at the start, without low friction (:data:`LOW`) if they hold the body so.
 
     Of a tool that touches nowhere, those that it has reached count. What folds onto a tool would be pinned there.
     """
     rows, system = iterate.rows, iterate.increment.system
     resting, owned = iterate.increment.tools.closed, system.candidates.owned
     touches = np.asarray((owned & resting).any(axis=1))
-    smooth = Pieces.of(replace(rows, mu=np.where(rows.tied, rows.mu, 0.0)), iterate.motion, unloaded, law.scale)
-    closed = smooth.closed & (resting | ~touches[system.candidates.tool])
+    smooth = replace(rows, mu=np.where(rows.mu > LOW, rows.mu, 0.0))
+    pieces = Pieces.of(smooth, iterate.motion, unloaded, law.scale)
+    closed = pieces.closed & (resting | ~touches[system.candidates.tool])
     held = np.linalg.matrix_rank(rows.G_n[np.flatnonzero(closed)] @ system.rigid) == system.rigid.shape[1]
-    pieces = smooth if held else Pieces.of(rows, iterate.motion, unloaded, law.scale)
+    pieces = pieces if held else Pieces.of(rows, iterate.motion, unloaded, law.scale)
     return replace(pieces, closed=closed, measured=iterate.measured)
 
 

@@ -66,16 +66,21 @@ class Law:
 
     def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
         """The point of an iterate and forces r (c, d), after the ``last`` pieces of the attempt if there are any."""
-        rows, residual, motion = iterate.rows, iterate.residual, iterate.motion
+        rows, motion = iterate.rows, iterate.motion
         largest = max(max_abs(r), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
         clear = motion if last is not None else _without_round_off(iterate, motion)
         pieces = Pieces.of(rows, clear, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
-        balance, miss = residual - rows.forces(r), pieces.value(motion, r)
+        return self.at(iterate, r, pieces)
+
+    def at(self, iterate: Iterate, r: Floats, pieces: Pieces, residual: Floats | None = None) -> Point:
+        """The point of an iterate and forces r (c, d) with these pieces; ``residual`` (n,) is another body's."""
+        balance = (iterate.residual if residual is None else residual) - iterate.rows.forces(r)
+        miss = pieces.value(iterate.motion, r)
         merit = math.sqrt(float(balance @ balance) + vdot(miss, miss))
-        return Point(iterate, r, motion, pieces, miss, merit)
+        return Point(iterate, r, iterate.motion, pieces, miss, merit)
 
     def frames_at(self, iterate: Iterate) -> Frames:
         """The contacts' frames at an iterate."""

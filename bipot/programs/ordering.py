@@ -11,6 +11,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
+from bipot.conic.solver import asked
 from bipot.programs.factors import DEFAULT, SYMMETRIC, Factor, LinearSolver
 from bipot.typing import Floats, Ints
 
@@ -127,11 +128,17 @@ class Pattern:
         return out
 
     def factorise(self, data: Floats, solver: LinearSolver = DEFAULT) -> Factor:
-        """Factors of the matrix with row-wise ``data`` (nnz,); raises ProgramError when it is singular."""
+        """Factors of the matrix with row-wise ``data`` (nnz,).
+
+        Raises:
+            ProgramError: the matrix is singular.
+            BrokenSolver: the ``solver`` raised another error.
+        """
         # SciPy checks the index arrays of _transpose once, not at every factorisation.
         transpose = copy(self._transpose)
         transpose.data = data
-        return solver.factorise(transpose, self.panel)
+        with asked(solver):
+            return solver.factorise(transpose, self.panel)
 
     @cached_property
     def _transpose(self) -> sp.csc_matrix:
@@ -142,7 +149,8 @@ class Pattern:
         return found
 
     def solve(self, factor: Factor, b: Floats) -> Floats:
-        """x (n,) with A x = b, both in the numbering of the unknowns."""
+        """x (n,) with A x = b, both in the numbering of the unknowns; raises BrokenSolver as :meth:`factorise` does."""
         x = np.empty_like(b)
-        x[self.order] = factor.solve(b[self.order])
+        with asked(factor):
+            x[self.order] = factor.solve(b[self.order])
         return x
