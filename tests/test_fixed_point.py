@@ -34,7 +34,7 @@ from tests.test_programs import direct, relative, stated
 
 PLAIN = Safeguard(falls=np.inf)
 SHIFT = Safeguard(first=Frozen.SHIFT)
-LOOSE, TIGHT = Bounds(equilibrium=5e-7), Bounds(equilibrium=1e-7)
+LOOSE, TIGHT = Bounds(equilibrium=5e-7), Bounds(equilibrium=1e-7, law=1e-7)
 UNCOUPLED = Tangent(coupled=False)
 
 
@@ -234,10 +234,11 @@ def run(mu: float, form: Tangent | Dissipation, rule: Safeguard, bounds: Bounds 
 
 @pytest.mark.parametrize(("mu", "factor"), [(0.1, 0.1), (0.3, 0.2)])
 def test_the_contraction_of_the_design_is_seen(mu: float, factor: float) -> None:
-    seen = run(mu, UNCOUPLED, Safeguard())[-1].solved.coupled
-    assert seen.route is Route.PLAIN
-    assert seen.contraction == pytest.approx(factor, rel=0.35)
-    assert seen.steps >= 4
+    """Where an increment starts near its end the few steps show less of it."""
+    seen = [accepted.solved.coupled for accepted in run(mu, UNCOUPLED, Safeguard())]
+    assert {coupled.route for coupled in seen} == {Route.PLAIN}
+    assert max(coupled.contraction for coupled in seen) == pytest.approx(factor, rel=0.35)
+    assert min(coupled.steps for coupled in seen) >= 4
 
 
 @pytest.mark.slow
