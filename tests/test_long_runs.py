@@ -38,7 +38,7 @@ with Recorder(folder, scene, (), {}, {}, patience=0) as out:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("increments", [200, 1000])
+@pytest.mark.parametrize("increments", [400, 1000])
 def test_a_long_run_takes_no_more_memory_than_a_fifth_of_it_and_five_times_the_file(increments, tmp_path):
     pytest.importorskip("resource")
     fifth = increments // 5
