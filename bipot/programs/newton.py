@@ -133,7 +133,7 @@ def minimised(
     last: Linearised[Law] | None = None
     changed = False
     scale, factors, before = max(max_abs(model.f), float(np.finfo(float).tiny)), 0, np.inf
-    for _ in range(iterations):
+    for step in range(iterations):
         # A solver's answer may be as far off as a step.
         if not max(max_abs(x), max_abs(r)) <= RUNAWAY:
             break
@@ -144,6 +144,9 @@ def minimised(
         if error <= EXACT:
             # By the softened scale contacts that stick might slip a hundred times as far as forces are exact.
             error = min(max(balance, max_abs(law.value(motion, r, 1 / SOFTENED))) / scale, EXACT)
+        if step == 1 and error <= EXACT:
+            # Beside K x the start may be exact though it is no solution of the increment.
+            best = Best(x, r, error, factors)
         # Where the error is round-off and no longer falls, another step would only add noise. Until then steps are
         # worth taking: an open contact of a body without force must carry exactly none.
         if best.error <= EXACT and error >= best.error:
