@@ -21,7 +21,7 @@ from bipot.typing import Floats
 USABLE = 1e-8
 """An answer that misses its tolerance but has at most this residual is accepted as ALMOST: the certificate decides."""
 
-PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
+PATIENT = Limits(tol=1e-13, iterations=2000, seconds=math.inf, patience=100)
 """Limits by steps and not by time, so that a march is the same on every machine."""
 
 FIRST, *REST = DEFAULT_CHAIN
