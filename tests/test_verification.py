@@ -18,7 +18,6 @@ from studies.verification.page import FIGURES, NAME, page
 
 DOCS = Path(__file__).parents[1] / "docs"
 CASES = {case.name: case for case in all_cases()}
-"""Cases that are known to miss a tolerance on their finest mesh; their notes say why."""
 
 LONG = {
     "bar_drawing",
