@@ -89,22 +89,14 @@ def test_the_kept_rows_are_all_that_the_plan_asks_for():
 
 
 def test_the_kept_costs_are_as_the_page_says():
-    """Less than the cheapest equal increments in the mean; at 1e-4 none more on the paper's mesh."""
+    """Less than the cheapest equal increments in the mean, nowhere more by a sixth."""
     rows = read_rows(KEPT / "paced.csv", Row)
     ratios = {asked: [row.ratio for row in rows if row.accuracy == asked] for asked in (1e-3, 1e-4)}
     assert np.nanmean(np.log(ratios[1e-3])) < 0
-    assert np.nanmax(ratios[1e-3]) < 1.2
+    assert np.nanmax(ratios[1e-3]) < 7 / 6
     assert np.nanmean(np.log(ratios[1e-4])) < 0
-    assert np.nanmax(ratios[1e-4]) < 1.25
-    fine = [row for row in rows if row.accuracy == 1e-4]
-    assert all(not row.ratio > 1 for row in fine if row.scene in ("mu = 0.1", "mu = 0.3", "ring", "block", "unloading"))
-    assert 2 * np.isnan([row.ratio for row in fine]).sum() >= len(fine)
-
-
-@pytest.mark.xfail(strict=True, reason="41 equal increments of q4p0 take hardly more than a pass each")
-def test_at_1e_4_increments_by_accuracy_cost_a_sixth_more_at_most():
-    rows = read_rows(KEPT / "paced.csv", Row)
-    assert np.nanmax([row.ratio for row in rows if row.accuracy == 1e-4]) < 7 / 6
+    assert np.nanmax(ratios[1e-4]) < 7 / 6
+    assert 2 * np.isnan(ratios[1e-4]).sum() >= len(ratios[1e-4])
 
 
 def test_what_first_yield_does_to_the_velocity_shortens_no_increment_after_it():
