@@ -86,7 +86,7 @@ def least_cost(stated):
 
 @pytest.mark.parametrize("program_of", [tangent, dissipation_program], ids=["tangent", "dissipation"])
 def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, passes):
-    """Where none is set up anew; no polish to mend a wrong number. A cost within the tolerance leaves the unknowns within its square root."""
+    """Where none is set up anew; no polish mends a wrong number. A cost to the tolerance leaves unknowns its root."""
     last, accuracy = None, np.sqrt(TIGHT.tolerance)
     for number, program in enumerate(map(program_of, passes[2::3])):
         conic = program.conic()

@@ -208,14 +208,14 @@ def test_the_kept_rows_are_all_that_the_plan_asks_for():
 
 
 def test_the_kept_ratios_are_as_the_page_says():
-    """At equal error some 3 to 13, not 40; on one mesh 30 and more."""
+    """At equal error some 4 to 15, not 40; on one mesh 30 and more."""
     found = [one for one in read_rows(KEPT / "total_ratio.csv", Ratio) if one.mu == 0.1]
     assert found == [one for one in ratios(read_rows(KEPT / "total.csv", Row)) if one.mu == 0.1]
-    assert 2 < min(one.ratio for one in found) < max(one.ratio for one in found) < 15
+    assert 3 < min(one.ratio for one in found) < max(one.ratio for one in found) < 15
     for side in (10, 20):
         own = min(one.seconds for one in kept(OWN, element="q8", quadrature="gauss2", elements=side))
         other = min(one.seconds for one in kept(FOREIGN, element="CAX8R", elements=side))
-        assert 25 < other / own < 60
+        assert 30 < other / own < 80
 
 
 def test_a_process_that_is_measured_keeps_what_it_compiles(monkeypatch):
