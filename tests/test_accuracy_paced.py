@@ -99,6 +99,14 @@ def test_the_kept_costs_are_as_the_page_says():
     assert 2 * np.isnan(ratios[1e-4]).sum() >= len(ratios[1e-4])
 
 
+@pytest.mark.xfail(strict=True, reason="29 equal increments at mu = 0.1 take 42 passes, those by accuracy 47")
+def test_at_1e_4_increments_by_accuracy_cost_no_more_on_the_papers_mesh():
+    named = ("mu = 0.1", "mu = 0.3", "ring", "block", "unloading")
+    rows = [row for row in read_rows(KEPT / "paced.csv", Row) if row.scene in named and row.accuracy == 1e-4]
+    assert len(rows) == len(named)
+    assert all(not row.ratio > 1 for row in rows)
+
+
 def test_what_first_yield_does_to_the_velocity_shortens_no_increment_after_it():
     """They were solved again, 0.3 of the first, as if something had happened there that they go through."""
     steps = list(march(pressed_ring(element=Element.Q4), Schedule(accuracy=1e-4), CONTROL))
