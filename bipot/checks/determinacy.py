@@ -198,8 +198,6 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
     """
     chosen = np.flatnonzero(active.closed & here)
     rows, slip = iterate.rows.take(active.closed & here), iterate.motion[chosen, 1:]
-    # The matrices below are dense.
-    rows = rows.columns(np.unique(np.concatenate([rows.G_n.indices, rows.G_t.indices])))
     normal, tangents = rows.G_n.toarray(), np.zeros((len(chosen), rows.tangents, rows.size))
     tangents[rows.frictional] = rows.G_t.toarray().reshape(-1, *tangents.shape[1:])
     still = active.still[chosen]
