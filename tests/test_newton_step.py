@@ -137,6 +137,22 @@ def test_open_contacts_of_a_model_carry_exactly_nothing() -> None:
     assert apart > 5
 
 
+def test_a_start_whose_miss_is_round_off_of_a_far_model_takes_a_step() -> None:
+    """A contact sunk by 1e-9 beside unknowns of 1e9: K x has the round-off of a force of 1e-7, so no error falls."""
+    n = 42
+    normal, tangent = np.eye(n)[:2]
+    rows = rows_of(normal[None], tangent[None], np.zeros(1), np.zeros(1), 0.3)
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        A = rng.normal(size=(n, n))
+        K = A @ A.T / n + np.eye(n)
+        x, r = np.append(np.zeros(2), 1e9 * rng.uniform(1, 2, n - 2)), np.array([[1.0, 0.1]])
+        model = Model(K, K @ x - rows.forces(r), rows)
+        sunk = x - 1e-9 * normal
+        found = minimised(model, lambda motion, r: Pieces.of(rows, motion, r, np.ones(1)), sunk, r)
+        assert rows.motion(found.x)[0, 0] == 0
+
+
 @settings(deadline=None, derandomize=True, max_examples=25)
 @given(st.integers(2, 30), st.integers(0, 10_000))
 def test_pattern_solves_unsymmetric_systems(n: int, seed: int) -> None:
