@@ -6,7 +6,7 @@ energies of the modelled body:
 
 * equilibrium: largest nodal residual over the largest nodal sum of |element forces| and |loads|;
 * tool equilibrium: the residual of a driven tool over its driving force; for a moment, over this or the sum of |r|
-  times the arm, whichever is larger;
+  times the arm, whichever is larger, and round-off over itself is none;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;
 * penetration: max (-(g + du_n))+ / body size, the depth of held nodes in tools included;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
@@ -98,7 +98,7 @@ class MaterialFields:
 class Balance:
     """Nodal residuals on the free unknowns (any shape), their scale ``force``, and their round-off ``blur``.
 
-    The scale of the ``tool_residual`` (m,) of driven tools is ``tool_force`` (m,).
+    The scale of the ``tool_residual`` (m,) of driven tools is ``tool_force`` (m,), their round-off ``tool_blur`` (m,).
     """
 
     residual: Floats
@@ -106,6 +106,7 @@ class Balance:
     blur: float
     tool_residual: Floats
     tool_force: Floats
+    tool_blur: Floats
 
     @property
     def equilibrium(self) -> float:
@@ -115,8 +116,10 @@ class Balance:
     @property
     def tools(self) -> float:
         """The largest residual of a tool over its scale."""
-        pairs = zip(np.abs(self.tool_residual).tolist(), self.tool_force.tolist(), strict=True)
-        return max((_over(off, force) for off, force in pairs), default=0.0)
+        # A scale of round-off, as of a roll that nothing turns, is none.
+        scale = np.where(self.tool_force > self.tool_blur, self.tool_force, 0.0)
+        tools = zip(np.abs(self.tool_residual).tolist(), scale.tolist(), self.tool_blur.tolist(), strict=True)
+        return max((_over(*tool) for tool in tools), default=0.0)
 
     @property
     def resolution(self) -> float:

@@ -67,7 +67,7 @@ def contact_fields(r, motion, mu=0.3, *, cap=np.inf, tied=False, largest=None, p
 
 
 def certified(contact, material, residual=0.0, force=1.0, blur=0.0, size=1.0, work=0.0):
-    balance = Balance(np.array([residual]), force, blur, np.zeros(0), np.zeros(0))
+    balance = Balance(np.array([residual]), force, blur, *np.zeros((3, 0)))
     return certify(contact, material, balance, size, work)
 
 
@@ -82,6 +82,15 @@ def test_material_gap_is_zero_after_a_return_and_positive_off_it():
 
 
 EMPTY = contact_fields([[0.0, 0.0]], [[0.0, 0.0]], largest=1.0)
+
+
+@pytest.mark.parametrize(
+    ("residual", "force", "blur", "found"),
+    [(1e-17, 2e-17, 1e-16, 0.0), (1e-15, 1e-17, 1e-16, np.inf), (1e-9, 1.0, 1e-16, 1e-9), (0.0, 0.0, 0.0, 0.0)],
+)
+def test_a_tool_without_forces_but_round_off_is_in_balance(residual, force, blur, found):
+    tools = (np.array([number]) for number in (residual, force, blur))
+    assert Balance(np.zeros(1), 1.0, 0.0, *tools).tools == found
 
 
 def test_zero_over_zero_counts_as_met_and_a_force_without_scale_does_not():

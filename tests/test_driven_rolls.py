@@ -24,12 +24,14 @@ from bipot.paths import Amplitude
 from bipot.results import Recorder, history
 from bipot.results.description import describe
 from bipot.results.static import Lines
+from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Force, Moment, Turn
+from bipot.tools.surfaces import Plane
 from bipot.tools.tool import ShapedTool
 from tests.courses import stored
 from tests.curved import TIGHT, apart, forces
@@ -210,3 +212,20 @@ def test_a_march_with_a_driven_roll_goes_on_and_is_read_back(tmp_path):
 def test_bounds_are_kept_by_every_increment():
     for accepted in marches(0.8):
         assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1
+
+
+def test_a_lid_that_nothing_turns_rides_on_a_body_that_rises_under_it():
+    """The round-off of contact forces was measured by itself: the march stalled, and cut 3 of these increments."""
+    hinged = Turn(0.0, (-1.0, 1.0), driven_by=Moment(0.0))
+    lid = ShapedTool(Plane((0.0, 1.0), (0.0, -1.0)), (0.0, 0.0), ("top",), 0.3, turn=hinged)
+    rising = Scene(
+        mesh=block(1.0, 1.0, 2, 2),
+        geometry=Geometry.PLANE_STRAIN,
+        material=VonMises(Elasticity(1000.0, 0.3), Perfect(10.0)),
+        supports=(Support("left", 0), Support("base", 1)),
+        tools=(lid,),
+        loads=(Traction("right", (-1.0, 0.0)),),
+    )
+    steps = list(march(rising, Schedule(20), Control(Newton(), ())))
+    assert sum(step.cuts for step in steps) == 0
+    assert max(step.passes for step in steps[1:]) == 1

@@ -76,13 +76,16 @@ class Examined:
         force = space.force_scale(self.response.element_forces, loads)
         least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
         residual = self.iterate.residual - self.iterate.rows.forces(self.r)
+        blur = self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
+        blur += EPS * (max_abs(loads) + self._present)
+        driven = space.beside(self.iterate.load) != 0
         return Balance(
             residual=norm(space.spread(residual)),
             force=force,
-            blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
-            + EPS * (max_abs(loads) + self._present),
+            blur=blur,
             tool_residual=space.beside(residual),
             tool_force=driving(self.iterate, self.r),
+            tool_blur=np.where(driven, 0.0, _levered(self.iterate, np.where(self.r != 0, blur, 0.0))),
         )
 
     @cached_property
@@ -121,12 +124,15 @@ def driving(iterate: Iterate, r: Floats) -> Floats:
     It is the driving force itself; for a moment, over its constant lever, the sum of the contact forces times their
     arms if that is larger, as it is for a tool that rolls freely.
     """
-    body, contacts = iterate.increment.system.body, iterate.increment.system.candidates
-    drives = body.scene.drives
-    if not drives:
-        return np.zeros(0)
+    body = iterate.increment.system.body
     given = np.abs(body.space.beside(iterate.load))
-    if not drives.spins.any():
-        return given
+    return np.maximum(given, body.scene.drives.spins * _levered(iterate, r)) if given.size else given
+
+
+def _levered(iterate: Iterate, r: Floats) -> Floats:
+    """Sums (m,) of the sizes of contact forces r (c, k) on driven tools; for moments times their arms over levers."""
+    contacts, spins = iterate.increment.system.candidates, iterate.increment.system.body.scene.drives.spins
+    if not spins.any():
+        return contacts.driven_sums(norm(r)) if spins.size else np.zeros(0)
     arms = contacts.parts.sums(norm(iterate.meeting.arm) * norm(contacts.parts.spread(r)))
-    return np.maximum(given, drives.spins * contacts.driven_sums(arms))
+    return np.where(spins, contacts.driven_sums(arms), contacts.driven_sums(norm(r)))

@@ -138,10 +138,11 @@ class PenaltyProgram:
         return sp.csc_matrix(self.K + (normal + tangential))
 
     def conic(self) -> ConicProgram:
-        """(29) in standard form, of the variables dU, v_n, v_t, bounds on |v_t| and the lags e = sqrt(k) (du - v).
+        """(29) in standard form, of the variables dU, v_n, v_t, bounds on |v_t| and the lags e = c (du - v).
 
-        The cost is 1/2 dU' K dU - f' dU + sum_c [1/2 |e|^2 - t_0 . e / sqrt(k) + s |v_t|]. A cost in terms of du - v
-        would have numbers of the size of k, and residuals measured by these would hide forces however wrong.
+        The cost is 1/2 dU' K dU - f' dU + sum_c [k/c^2 |e|^2/2 - t_0 . e / c + s |v_t|], c the larger of sqrt(k) and 1.
+        With c = 1 it would have numbers of the size of a large k, with c = sqrt(k) of t_0 over the root of a small one,
+        and residuals measured by these would hide forces however wrong.
         """
         terms, contact = self.contact, self.contact.rows
         (count, width), variables = contact.slip.shape, Variables()
@@ -150,14 +151,15 @@ class PenaltyProgram:
         slips = variables.add(Block.FICTITIOUS_SLIP, contact.slip.size)
         bounds = variables.add(Block.SLIP_BOUND, count)
         lags = variables.add(Block.LAG, bounds - gaps)
-        k = np.sqrt(np.concatenate([terms.k_n, np.repeat(terms.k_t, width)]))
+        k = np.concatenate([terms.k_n, np.repeat(terms.k_t, width)])
+        scale = np.sqrt(np.maximum(k, 1.0))
         t_0 = np.concatenate([terms.t_0[:, 0], terms.t_0[contact.frictional, 1:].ravel()])
         B = sp.vstack([contact.G_n, contact.G_t], format="csr")
         fictitious, unbound = sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))
-        lag = sp.csr_matrix(sp.hstack([B, -fictitious, unbound, sp.diags_array(-1 / k)], format="csr"))
-        squares = np.concatenate([np.zeros(lags), np.ones(len(k))])
+        lag = sp.csr_matrix(sp.hstack([B, -fictitious, unbound, sp.diags_array(-1 / scale)], format="csr"))
+        squares = np.concatenate([np.zeros(lags), k / scale**2])
         P = sp.csc_matrix(padded(self.K, variables.size) + sp.diags_array(squares))
-        q = np.concatenate([-self.f, np.zeros(bounds - gaps), terms.threshold, -t_0 / k])
+        q = np.concatenate([-self.f, np.zeros(bounds - gaps), terms.threshold, -t_0 / scale])
         identity = sp.csr_matrix(sp.eye_array(variables.size))
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
         room = np.maximum(terms.start_gap, 0.0)

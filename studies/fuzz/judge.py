@@ -19,7 +19,8 @@ from bipot.marching import Control, march, system_of
 from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz.claims import Claim, claim_of, refuted
-from studies.fuzz.record import forces_by_node, idle, reported_unique, setting_of, step_of
+from studies.fuzz.placed import drives
+from studies.fuzz.record import forces_by_node, idle, is_round_off, reported_unique, setting_of, step_of
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn, draw
 from studies.fuzz.shaped import draw_shaped
@@ -141,13 +142,17 @@ def unproved(ran: Ran) -> list[str]:
 def excuses(ran: Ran) -> list[tuple[str, ...]]:
     """Which measures the library says to be below resolution in each accepted increment, and may be.
 
-    All where stress and contact forces are BLURRED of elastic, the law where contact forces are.
+    All where stress and contact forces are BLURRED of elastic, the law where contact forces are; beside it what drives
+    tools where that is nothing.
     """
     setting, out = setting_of(ran.scene), list[tuple[str, ...]]()
     for accepted in ran.steps:
         below = accepted.solved.certificate.below_resolution(BOUNDS)
         stress, forces = idle(ran.scene, setting, accepted, BLURRED)
-        out.append(BELOW_RESOLUTION if below and stress and forces else ("law",) if "law" in below and forces else ())
+        law = ("law",) if "law" in below and forces else ()
+        undriven = all(is_round_off(accepted, drive.at(accepted.state.tau)) for drive in drives(ran.scene))
+        driven = ("driven",) if law and undriven else ()
+        out.append((*BELOW_RESOLUTION, *driven) if below and stress and forces else law + driven)
     return out
 
 

@@ -96,6 +96,11 @@ def reported_unique(accepted: Accepted) -> bool:
     return accepted.unique and not blurred and not branches(solved.iterate, solved.r)
 
 
+def is_round_off(accepted: Accepted, asked: float) -> bool:
+    """Whether what is ``asked`` of a tool is nothing, and the library says that contact forces are below resolution."""
+    return not asked and "law" in accepted.solved.certificate.below_resolution(Bounds())
+
+
 def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tuple[bool, bool]:
     """Whether stress, and contact forces, are below a ``share`` of what the motion would make as elastic strain."""
     state, size = accepted.state, setting.size

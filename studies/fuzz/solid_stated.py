@@ -7,6 +7,7 @@ import numpy as np
 from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
 from bipot.typing import Floats, vdot
+from studies.fuzz.record import is_round_off
 from studies.fuzz.solid_placed import asked_of, axis_of, cuts, pose
 from studies.fuzz.solid_touching import Touching
 from studies.independent.data import EPS
@@ -51,7 +52,7 @@ def stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
             moment = whole * vdot(axis_of(tool), np.cross(arm, own).sum(axis=0))
             sizes = whole * float((np.linalg.norm(arm, axis=1) * np.linalg.norm(own, axis=1)).sum())
             worst = max(worst, over(abs(accepted.tool_moment(k) - moment), sizes))
-            if tool.turn.driven_by is not None:
+            if tool.turn.driven_by is not None and not is_round_off(accepted, turned):
                 worst = max(worst, DRIVEN * over(abs(moment - turned), max(abs(turned), sizes)))
     return worst
 
