@@ -105,7 +105,9 @@ class Shared:
 
     def attempt(self, increment: Increment, largest: float, sparing: bool = False, halves: bool = False) -> Attempt:
         """Try the increment, or give up early if it is to be halved instead: see :func:`attempt_increment`."""
-        options = sparing, halves, self.pacer is not None and self.pacer.halves(increment.start)
+        pacer = self.pacer
+        staged = pacer.is_even if pacer is not None and pacer.halves(increment.start) else None
+        options = sparing, halves, staged
         try:
             return attempt_increment(increment, self.control, self.cache, largest, self.observe, *options)
         except BrokenSolver as error:

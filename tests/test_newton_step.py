@@ -137,6 +137,35 @@ def test_open_contacts_of_a_model_carry_exactly_nothing() -> None:
     assert apart > 5
 
 
+def test_a_model_without_force_comes_to_rest() -> None:
+    """From what a solver leaves of motions and forces; the body's own scale of force then is none."""
+    model = model_in_space(np.random.default_rng(0), 12)
+    free = model._replace(f=np.zeros(36), rows=replace(model.rows, gap=np.ones(12)))
+    noise = np.random.default_rng(1).normal(size=(2, 36))
+    found = minimised(
+        free, lambda u, r: Pieces.of(free.rows, u, r, np.ones(12)), 1e-10 * noise[0], 1e-8 * noise[1].reshape(12, 3)
+    )
+    assert not found.r.any()
+    assert np.abs(found.x).max() < 1e-30
+
+
+def test_a_start_that_seems_exact_beside_large_forces_takes_its_first_step() -> None:
+    """An unknown 1e-16 times as stiff as the others moves by one, though no balance of forces shows it."""
+    for seed in range(5):
+        model = model_in_space(np.random.default_rng(seed), 12)
+        near = minimised(
+            model, lambda u, r, m=model: Pieces.of(m.rows, u, r, np.ones(12)), np.zeros(36), np.zeros((12, 3))
+        )
+        beside = sp.csr_matrix((0, 1))
+        G_n, G_t = (sp.block_diag([G, beside], format="csr") for G in (model.rows.G_n, model.rows.G_t))
+        rows = replace(model.rows, G_n=G_n, G_t=G_t)
+        soft = Model(sp.block_diag([model.K, [[1e-16]]], format="csc"), np.append(model.f, 1e-16), rows)
+        found = minimised(
+            soft, lambda u, r, m=soft: Pieces.of(m.rows, u, r, np.ones(12)), np.append(near.x, 0.0), near.r
+        )
+        assert found.x[-1] == pytest.approx(1.0)
+
+
 @settings(deadline=None, derandomize=True, max_examples=25)
 @given(st.integers(2, 30), st.integers(0, 10_000))
 def test_pattern_solves_unsymmetric_systems(n: int, seed: int) -> None:

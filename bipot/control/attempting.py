@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.control.carrying import Attempt, Halves, carry_on
+from bipot.control.carrying import Attempt, Even, Halves, carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
@@ -38,7 +38,7 @@ def attempt_increment(
     observe: Observer = unobserved,
     sparing: bool = False,
     halves: bool = False,
-    staged: bool = False,
+    staged: Even | None = None,
 ) -> Attempt:
     """Try the increment with the forms in turn, as often as :mod:`bipot.control.carrying` changes the flow carried on.
 
@@ -46,18 +46,19 @@ def attempt_increment(
     or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
     found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
     all forms are tried once, and with other flow the first such solution ends it. An increment from rest or a kink that
-    goes past yield under loads that last may be ``staged``: it then carries on the flow of its own first half. For
-    ``largest`` see :func:`~bipot.increment.solve_increment`.
+    goes past yield under loads that last may be ``staged``: it then carries on the flow of its own first half, unless
+    it is so even, from rest. For ``largest`` see :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
     refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
     second = control.integration is Integration.BDF2
     in_halves = None
-    begins = second and staged and (increment.start.length == 0 or increment.past.turns)
-    if begins and is_past_yield(increment) and not increment.loads.changes:
+    begins = second and (increment.start.length == 0 or increment.past.turns)
+    if staged is not None and begins and is_past_yield(increment) and not increment.loads.changes:
         half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
         whole = replace(increment, in_halves=True)
-        in_halves = Halves(partial(forms.solve, half, increment.start, None, None), partial(forms.solve, whole))
+        first = partial(forms.solve, half, increment.start, leave=None)
+        in_halves = Halves(half, first, partial(forms.solve, whole), staged)
     return carry_on(increment, partial(forms.solve, increment), refused, second, in_halves)
 
 

@@ -25,10 +25,12 @@ than the last one: sum_q w |de_p - P de_p|^2 > TURNED^2 sum_q w |de_p|^2, P the 
 a landing, as of a whole face, has turned nearly all of the flow before the increment, unless that is so short that it
 resolves how the stress follows.
 
-An increment from rest has no last flow: where a fine accuracy chooses increments, it carries on that of its own first
-half, which is attempted beforehand: backward Euler in the first half, and BDF2 in the second. So it is, with any
-accuracy, where backward Euler would stand after a turn and the body flows. What flowed in the first half lies within
-the increment: points whose flow stopped keep it, and drop only what was carried on besides.
+An increment from rest has no last flow: where a fine accuracy chooses increments, and backward Euler strains the body
+unevenly, it carries on that of its own first half, which is attempted beforehand: backward Euler in the first half, and
+BDF2 in the second. Up to the error SEEN an iterate by backward Euler shows whether it is even; if it is not, the
+first half begins at half its motion. So it is, with any accuracy, where backward Euler would stand after a turn and the
+body flows. What flowed in the first half lies within the increment: points whose flow stopped keep it, and drop only
+what was carried on besides.
 
 Solutions that only measure need not be converged to the last digit: an iterate within ROUGH of one shows as well where
 the flow did not continue, and so does one within EARLY if this is clear at every point. The iteration continues from
@@ -76,6 +78,9 @@ A point's distance from that limit (:func:`_short`) was seen to change, to the e
 the error, and by more only where the last flow was a twentieth of that of most points or less.
 """
 
+SEEN = 0.5
+"""Up to this error an iterate shows how unevenly a body is strained, by a quarter too little if the error is 0.1."""
+
 
 class Attempt(NamedTuple):
     """The result of one attempt at an increment: the solution or None, the form, passes spent, why forms failed.
@@ -112,11 +117,20 @@ Solve = Callable[[State, Near | None, Leave | None], Attempt]
 The iteration starts at ``near_to``; for this and ``leave`` see :func:`bipot.increment.solve_increment`."""
 
 
-class Halves(NamedTuple):
-    """An increment in halves: ``first()`` attempts its first half, ``whole`` the increment with the flow of that."""
+Even = Callable[[Near], bool]
+"""Says whether an increment by backward Euler strains the body so evenly that it needs no halves."""
 
-    first: Callable[[], Attempt]
+
+class Halves(NamedTuple):
+    """An increment in halves: ``first(near_to)`` attempts its first ``half``, ``whole`` the rest with the flow of that.
+
+    One from rest that is ``even`` is not halved.
+    """
+
+    half: Increment
+    first: Callable[[Near | None], Attempt]
     whole: Solve
+    even: Even
 
 
 Objection = Callable[[Solved], Reason | None]
@@ -133,7 +147,7 @@ def carry_on(
     """Attempt the increment, with the last flow carried on if ``second`` (order two), otherwise without.
 
     One without a last flow, or in which that does not continue because the path turns, is solved in ``halves``, if they
-    are given. The attempt returned has the passes and the failures of all attempts.
+    are given and, from rest, backward Euler is not even. The attempt returned has the passes and the failures of all.
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None
@@ -143,16 +157,23 @@ def carry_on(
     unknown = increment.past.turns
     onwards = solve
     if carried is None and halves is not None:
-        tried.append(halves.first())
+        shown: Near | None = None
+        if state.length == 0:
+            tried.append(solve(state, None, partial(_uneven, halves.even)))
+            if _stands(tried[-1], halves.even, refused):
+                return tried[-1]
+            shown = tried[-1].solved or tried[-1].left
+        tried.append(halves.first(_scaled(halves.half, shown, 0.5)))
         if (half := tried[-1].solved) is not None:
-            carried, near, unknown, onwards = CarriedFlow.of_half(half), _doubled(increment, half), False, halves.whole
+            carried, near, unknown = CarriedFlow.of_half(half), _scaled(increment, half, 2.0), False
+            onwards = halves.whole
     while carried is not None and carried.fraction.any() and why is None:
         if unknown:
             tried.append(_without(state, solve, refused, None))
             near = euler = tried[-1].solved
             carried = None if euler is None else carried.found_by(increment, euler)
             if carried is None and halves is not None and euler is not None and flows(euler.iterate):
-                tried.insert(-1, halves.first())
+                tried.insert(-1, halves.first(None))
                 if (half := tried[-2].solved) is not None:
                     carried, halves, onwards = CarriedFlow.of_half(half), None, halves.whole
             if carried is None:
@@ -185,12 +206,23 @@ def carry_on(
     return _joined([*tried, _without(state, solve, refused, near)])
 
 
-def _doubled(increment: Increment, half: Solved) -> Near | None:
-    """Twice as far as the first ``half`` of the increment goes, None where that is inadmissible."""
+def _scaled(increment: Increment, near: Near | None, times: float) -> Near | None:
+    """The increment with so many ``times`` the motion ``near`` another, None where that is inadmissible."""
     try:
-        return Near(increment.at(2 * half.response.x), half.r)
+        return near and Near(increment.at(times * near.response.x), near.r)
     except (InvertedElement, NotConverged):
         return None
+
+
+def _uneven(even: Even, near: Near, error: float) -> bool:
+    """Whether an iterate shows that the increment is not ``even``."""
+    return error <= SEEN and not even(near)
+
+
+def _stands(attempt: Attempt, even: Even, refused: Objection) -> bool:
+    """Whether an ``attempt`` in one piece is the last one: the increment is solved and ``even``, or inadmissible."""
+    solved = attempt.solved
+    return attempt.refused or (solved is not None and even(solved) and refused(solved) is None)
 
 
 def _turned(system: System, carried: CarriedFlow, near: Near, error: float) -> bool:

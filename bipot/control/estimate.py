@@ -62,9 +62,9 @@ import numpy as np
 from bipot.advance import Advance
 from bipot.control.lag import Lag, lag
 from bipot.fem.kinematics import Kinematics
-from bipot.increment import Solved
+from bipot.increment import Near, Solved
 from bipot.iterate import Increment
-from bipot.response import State
+from bipot.response import Response, State
 from bipot.scene.symmetry import own_share
 from bipot.typing import Floats, vdot
 from bipot.yielding import flows, follows_yield, hardened, is_past_yield, strain_of, yield_strain
@@ -93,6 +93,11 @@ SMALL = 1 / 3
 
 PARTS = 8
 """Parts of an increment's strain whose returns show the error of a single one."""
+
+
+def unevenness(near: Near) -> float:
+    """T of a first increment in one piece: UNEVEN times the variance of its increment of peeq (module docstring)."""
+    return _varied(near.response, near.response.returned.dpeeq)
 
 
 def error_estimate(start: State, solved: Solved, last: bool = False) -> float:
@@ -124,7 +129,7 @@ class _Terms:
     def strained(self) -> float:
         """S, plus T in a first increment."""
         strain = self._kin.strain
-        square = vdot(self._weight, np.vecdot(strain, strain)) / 12
+        square = vdot(_weight(self.solved.response), np.vecdot(strain, strain)) / 12
         return square + self._uneven if self._first else square
 
     @property
@@ -182,14 +187,9 @@ class _Terms:
         return flows(self.solved.iterate)
 
     @cached_property
-    def _power(self) -> Floats:
-        """w |sigma : de| (e, q)."""
-        return self._kin.volume * np.abs(np.vecdot(self._stress, self._kin.strain))
-
-    @cached_property
     def _taken(self) -> float:
         """sum_q w |sigma : de|."""
-        return float(self._power.sum())
+        return float(_power(self.solved.response).sum())
 
     @cached_property
     def _euler(self) -> Floats:
@@ -223,19 +223,10 @@ class _Terms:
     @property
     def _uneven(self) -> float:
         """T of a first increment: by how unevenly it strains the body; of a second one without what is carried on."""
-        weight, response = self._weight, self.solved.response
-        factor, flowed = UNEVEN, response.returned.dpeeq
-        if self._increment.in_halves:
-            factor, flowed = IN_HALVES * UNEVEN, flowed + response.state.peeq - self.start.peeq
-        return factor * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
-
-    @cached_property
-    def _weight(self) -> Floats:
-        """Weights (e, q) of the mean over the body, or over the work if less than SMALL of the body takes it."""
-        volume, power = self._kin.volume, self._power
-        small = self._taken**2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
-        weight = power if small else volume
-        return weight / float(weight.sum())
+        if not self._increment.in_halves:
+            return unevenness(self.solved)
+        response = self.solved.response
+        return IN_HALVES * _varied(response, response.returned.dpeeq + response.state.peeq - self.start.peeq)
 
     @property
     def _over_yield(self) -> float:
@@ -276,6 +267,25 @@ class _Terms:
         strains = self._kin.strain, response.returned.plastic_strain + carried
         taken, flowed = (vdot(self._kin.volume, np.abs(np.vecdot(self._stress, strain))) for strain in strains)
         return min(flowed / taken, 1.0) if taken > 0 else 0.0
+
+
+def _power(response: Response) -> Floats:
+    """w |sigma : de| (e, q)."""
+    return response.kinematics.volume * np.abs(np.vecdot(response.returned.stress, response.kinematics.strain))
+
+
+def _weight(response: Response) -> Floats:
+    """Weights (e, q) of the mean over the body, or over the work if less than SMALL of the body takes it."""
+    volume, power = response.kinematics.volume, _power(response)
+    small = float(power.sum()) ** 2 < SMALL * float(volume.sum()) * vdot(power, power / volume)
+    weight = power if small else volume
+    return weight / float(weight.sum())
+
+
+def _varied(response: Response, flowed: Floats) -> float:
+    """UNEVEN times the variance of the increment ``flowed`` (e, q) of peeq."""
+    weight = _weight(response)
+    return UNEVEN * vdot(weight, (flowed - vdot(weight, flowed)) ** 2)
 
 
 def _square(part: Floats, velocity: Floats) -> float:

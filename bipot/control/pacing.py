@@ -17,8 +17,9 @@ over the body's extent. The strain by a load that changes is not known, a tool t
 one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. If flow begins
 in one, the next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of
 1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
-yield has the smallest error, 1e-4 to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED
-it carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less.
+yield has the smallest error, up to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED it
+carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less, unless
+the estimate of how unevenly it strains the body is at most EVEN of the accuracy: the error was up to 8 times that.
 One after a kink always does, if it passes yielding: there the error is up to 1e-2.
 Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones
 follow yielding.
@@ -32,7 +33,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.contact.closeness import carries
-from bipot.increment import Solved
+from bipot.control.estimate import GATHERED, unevenness
+from bipot.increment import Near, Solved
 from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
@@ -69,6 +71,9 @@ is just a quarter longer than BEGUN of it; hence the round-off."""
 
 HALVED = 5e-4
 """At finer accuracies the error of a first increment in one piece is worth half as many passes again."""
+
+EVEN = 0.2
+"""Part of the accuracy up to which a first increment is so even that halves would cost more passes than they save."""
 
 CURED = 0.7
 """A shortened increment with more than this part of the estimate before has an event, as large in any length."""
@@ -109,6 +114,10 @@ class Pacer:
     def halves(self, start: State) -> bool:
         """Whether a first increment from ``start``, at rest or a kink, may carry on the flow of its first half."""
         return start.length > 0 or self._fine
+
+    def is_even(self, near: Near) -> bool:
+        """Whether one from rest strains the body so evenly that it needs no halves."""
+        return GATHERED * unevenness(near) <= EVEN * self.aim
 
     @property
     def _fine(self) -> bool:

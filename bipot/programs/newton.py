@@ -144,7 +144,7 @@ def minimised(
         if error <= EXACT:
             # By the softened scale contacts that stick might slip a hundred times as far as forces are exact.
             error = min(max(balance, max_abs(law.value(motion, r, 1 / SOFTENED))) / scale, EXACT)
-        if step == 1 and error <= EXACT:
+        if step == 1 and max(best.error, error) <= EXACT:
             # Beside K x the start may be exact though it is no solution of the increment.
             best = Best(x, r, error, factors)
         # Where the error is round-off and no longer falls, another step would only add noise. Until then steps are
