@@ -38,9 +38,6 @@ from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
 from bipot.yielding import is_past_yield
 
-PRECISE = 1e-3
-"""Largest bound on equilibrium with which answers are precise enough to predict by (:class:`Pace`)."""
-
 DIGITS = 2.0
 """Least length of an increment, over the spacing of floating-point numbers at its pseudo-time."""
 
@@ -129,7 +126,7 @@ def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[
 def _next(shared: Shared, course: Course, target: float) -> Accepted:
     """The next increment on the way to the scheduled ``target``."""
     began = time.perf_counter()
-    shared.cache.begin(Pace(course.before, shared.control.limits.bounds.equilibrium <= PRECISE))
+    shared.cache.begin(Pace(course.before, shared.control.predicts))
     found = _located(shared, course, _accurate(shared, course, target), target)
     solved, reasons = found.solved, found.reasons
     if solved.almost:

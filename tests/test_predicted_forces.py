@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from bipot import Control, Newton, Schedule, march, upsetting
+from bipot.forms import FormName
 from bipot.forms.memory import Pace, Paced
 from bipot.iterate import Increment
 from bipot.marching import system_of
 from bipot.tools.tool import Sampling
 from studies.block import cases, parser
+from studies.penalty_cases import Case, Plan, solve
 from tests.scenes import scene, tool
 
 
@@ -72,3 +74,12 @@ def test_one_pass_suffices_where_the_motion_is_smooth(made):
     smooth = [step.passes for step in steps if step.state.tau > 0.3]
     assert len(smooth) > 15
     assert max(smooth) == 1
+
+
+@pytest.mark.slow
+def test_penalised_contact_starts_on_a_line_and_is_not_cut():
+    """From predicted starts its fixed point cycled in two increments under a stiff punch of mu = 0.6."""
+    run = solve(Case(0.6, FormName.PENALTY, 1e8), Plan()).run
+    last = len(run.snapshots) - 1
+    assert run.snapshots[last].tau == 1
+    assert run.total("cuts", last) == 0

@@ -6,9 +6,13 @@ from dataclasses import dataclass
 
 from bipot.control.landing import Locate
 from bipot.errors import require, require_count, require_tuple, require_type
-from bipot.forms import Dissipation, Form, Newton, Tangent
+from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
+
+PRECISE = 1e-3
+"""Largest bound on equilibrium with which answers are precise enough to predict by (:class:`bipot.forms.memory.Pace`).
+"""
 
 
 @dataclass(frozen=True)
@@ -47,3 +51,12 @@ class Control:
         """The form and its fallbacks without duplicates; the same form with other options counts as another one."""
         forms = (self.form, *self.fallbacks)
         return tuple(form for k, form in enumerate(forms) if form not in forms[:k])
+
+    @property
+    def predicts(self) -> bool:
+        """Whether an increment starts as the last ones tell beyond a line: where their answers are precise.
+
+        Not in the form ``penalty``: from such starts its fixed point of friction cycles more often, and an increment
+        that is cut is another one than the form that it is compared with solves.
+        """
+        return self.limits.bounds.equilibrium <= PRECISE and self.form.name is not FormName.PENALTY
