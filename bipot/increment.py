@@ -248,7 +248,8 @@ class _Watch:
             self.least[balanced], self.waited = worst, 0
         else:
             self.waited += 1
-        if self.waited >= self.limits.patience or not np.isfinite(worst):
+        # Beside no forces the distance from the law is infinite, as of a contact that closes in the next pass.
+        if self.waited >= self.limits.patience or np.isnan(worst):
             raise self.failure("stalled with")
         return False
 

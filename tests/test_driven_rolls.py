@@ -14,7 +14,7 @@ from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
-from bipot.laws.hardening import Perfect
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
@@ -214,18 +214,29 @@ def test_bounds_are_kept_by_every_increment():
         assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1
 
 
-def test_a_lid_that_nothing_turns_rides_on_a_body_that_rises_under_it():
-    """The round-off of contact forces was measured by itself: the march stalled, and cut 3 of these increments."""
+def beneath_a_lid(hardening, mu, traction):
+    """A block that a ``traction`` pulls or presses beneath a lid that is hinged beside it, and that nothing turns."""
     hinged = Turn(0.0, (-1.0, 1.0), driven_by=Moment(0.0))
-    lid = ShapedTool(Plane((0.0, 1.0), (0.0, -1.0)), (0.0, 0.0), ("top",), 0.3, turn=hinged)
-    rising = Scene(
+    return Scene(
         mesh=block(1.0, 1.0, 2, 2),
         geometry=Geometry.PLANE_STRAIN,
-        material=VonMises(Elasticity(1000.0, 0.3), Perfect(10.0)),
+        material=VonMises(Elasticity(1000.0, 0.3), hardening),
         supports=(Support("left", 0), Support("base", 1)),
-        tools=(lid,),
-        loads=(Traction("right", (-1.0, 0.0)),),
+        tools=(ShapedTool(Plane((0.0, 1.0), (0.0, -1.0)), (0.0, 0.0), ("top",), mu, turn=hinged),),
+        loads=(Traction("right", (traction, 0.0)),),
     )
-    steps = list(march(rising, Schedule(20), Control(Newton(), ())))
+
+
+def test_a_lid_that_nothing_turns_rides_on_a_body_that_rises_under_it():
+    """The round-off of contact forces was measured by itself: the march stalled, and cut 3 of these increments."""
+    steps = list(march(beneath_a_lid(Perfect(10.0), 0.3, -1.0), Schedule(20), Control(Newton(), ())))
     assert sum(step.cuts for step in steps) == 0
     assert max(step.passes for step in steps[1:]) == 1
+
+
+@pytest.mark.parametrize(("mu", "traction"), [(0.3, 2.0), (0.0, -5.0)], ids=["sinks", "rises"])
+def test_a_pass_without_forces_beneath_a_lid_is_not_the_last(mu, traction):
+    """Beside no force what penetrates is off the law by any number of times: Newton was ended there."""
+    steps = list(march(beneath_a_lid(Linear(10.0, 100.0), mu, traction), Schedule(5), Control(Newton(), ())))
+    assert [step.cuts for step in steps] == [0] * 5
+    assert sum(step.passes for step in steps) < 20
