@@ -89,17 +89,17 @@ def test_the_kept_rows_are_all_that_the_plan_asks_for():
 
 
 def test_the_kept_costs_are_as_the_page_says():
-    """Less than the cheapest equal increments in the mean, nowhere more by a sixth."""
+    """Less than the cheapest equal increments in the mean, nowhere more by a sixth, at 1e-4 by a tenth."""
     rows = read_rows(KEPT / "paced.csv", Row)
     ratios = {asked: [row.ratio for row in rows if row.accuracy == asked] for asked in (1e-3, 1e-4)}
     assert np.nanmean(np.log(ratios[1e-3])) < 0
     assert np.nanmax(ratios[1e-3]) < 7 / 6
     assert np.nanmean(np.log(ratios[1e-4])) < 0
-    assert np.nanmax(ratios[1e-4]) < 7 / 6
+    assert np.nanmax(ratios[1e-4]) < 1.1
     assert 2 * np.isnan(ratios[1e-4]).sum() >= len(ratios[1e-4])
 
 
-@pytest.mark.xfail(strict=True, reason="29 equal increments at mu = 0.1 take 42 passes, those by accuracy 47")
+@pytest.mark.xfail(strict=True, reason="26 equal increments at mu = 0.1 take 39 passes, those by accuracy 40")
 def test_at_1e_4_increments_by_accuracy_cost_no_more_on_the_papers_mesh():
     named = ("mu = 0.1", "mu = 0.3", "ring", "block", "unloading")
     rows = [row for row in read_rows(KEPT / "paced.csv", Row) if row.scene in named and row.accuracy == 1e-4]
