@@ -46,8 +46,8 @@ def attempt_increment(
     or met a singular matrix, where a shorter increment would not help. A solution that is refused or folded would be
     found by all forms. If the increment ``halves`` after a failure, the first such solution ends the attempt; otherwise
     all forms are tried once, and with other flow the first such solution ends it. An increment from rest or a kink that
-    goes past yield under loads that last may be ``staged``: it then carries on the flow of its own first half, unless
-    it is so even, from rest. For ``largest`` see :func:`~bipot.increment.solve_increment`.
+    goes past yield under loads that last carries on the flow of its own first half if ``staged`` is given, unless that
+    says, from rest, that it is even. For ``largest`` see :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
     refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)

@@ -79,7 +79,7 @@ the error, and by more only where the last flow was a twentieth of that of most 
 """
 
 SEEN = 0.5
-"""Up to this error an iterate shows how unevenly a body is strained, by a quarter too little if the error is 0.1."""
+"""Up to this error an iterate shows how unevenly a body is strained: somewhat too little."""
 
 
 class Attempt(NamedTuple):

@@ -19,7 +19,7 @@ in one, the next has at most BEGUN of its length. Increments as long as the yiel
 1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
 yield has the smallest error, up to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED it
 carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less, unless
-the estimate of how unevenly it strains the body is at most EVEN of the accuracy: the error was up to 8 times that.
+the estimate of how unevenly it strains the body is at most EVEN of the accuracy.
 One after a kink always does, if it passes yielding: there the error is up to 1e-2.
 Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones
 follow yielding.
