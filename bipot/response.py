@@ -187,7 +187,8 @@ class Body:
     def scratch(self) -> Scratch:
         """Memory for :meth:`tangent`."""
         elements, unknowns = self.space.dofs.shape
-        return Scratch.of(elements, len(self.space.reference.weights), unknowns, self.scene.geometry.reduction)
+        reduction, projected = self.scene.geometry.reduction, self.projection is not None
+        return Scratch.of(elements, len(self.space.reference.weights), unknowns, reduction, projected)
 
     def tangent(self, response: Response, scratch: Scratch | None = None) -> Floats:
         """Element matrices (e, dk, dk) of d f_int / d dU, geometric part included; unsymmetric in ``midpoint``.

@@ -56,7 +56,7 @@ def test_tensors_of_space_give_the_closed_forms_of_the_plane(geometry):
 
 def test_the_whole_rotation_is_that_of_hughes_and_winget():
     g = 0.8 * np.random.default_rng(2).uniform(-1, 1, (20, 9))
-    half = solid.half_rotation(g, Geometry.SOLID.reduction)
+    half = np.moveaxis(solid.half_rotation(g, Geometry.SOLID.reduction), -1, 0)
     H = (g @ Geometry.SOLID.reduction.embedding).reshape(-1, 3, 3)
     W = (H - H.swapaxes(-1, -2)) / 2
     np.testing.assert_allclose(half @ half, np.linalg.solve(np.eye(3) - W / 2, np.eye(3) + W / 2), atol=1e-14)
@@ -149,7 +149,7 @@ def test_the_tangent_is_the_derivative_of_the_force(element, configuration, size
         moduli=moduli,
         **MODULI,
     )
-    K = measure.tangent(kin, stresses, Scratch.of(1, len(reference.weights), x.size, kin.reduction))[0]
+    K = measure.tangent(kin, stresses, Scratch.of(1, len(reference.weights), x.size, kin.reduction, False))[0]
 
     def force(step):
         kin, _, returned = respond(du + step)

@@ -27,13 +27,22 @@ CLOSED_FORMS = {2: plane, 3: solid}
 class Gradients:
     """Rows N,1 to N,d, and N/r with a ring, as ``shape`` (e, q, p, k), and the ``volume`` of each point (e, q).
 
-    ``projector`` projects the volume change; None leaves it unprojected.
+    ``projection`` is that of the volume change; None leaves it unprojected.
     """
 
     reduction: Reduction
     shape: Floats
     volume: Floats
-    projector: Projector | None
+    projection: Projection | None
+
+    @cached_property
+    def projector(self) -> Projector | None:
+        """The projection by the volumes, made at first use: Newton's passes need none.
+
+        Raises:
+            InvertedElement: see :meth:`bipot.fem.projection.Projection.at`.
+        """
+        return None if self.projection is None else self.projection.at(self.volume)
 
     @cached_property
     def B(self) -> Floats:
@@ -83,12 +92,12 @@ class Kinematics(Gradients):
 
     def part(self, elements: slice) -> Kinematics:
         """The part of some elements."""
-        projector, straining, half = self.projector, self.straining, self.half
+        projection, straining, half = self.projection, self.straining, self.half
         return Kinematics(
             reduction=self.reduction,
             shape=self.shape[elements],
             volume=self.volume[elements],
-            projector=None if projector is None else projector.part(elements),
+            projection=None if projection is None else projection.part(elements),
             strain=self.strain[elements],
             middle=self.middle[elements],
             straining=None if straining is None else straining.part(elements),
@@ -162,7 +171,7 @@ def gradients(
         refuse_inverted(radius, "radius", nodes, elements)
         np.divide(reference.values, radius[..., None], out=shape[:, :, d])
         volume = 2 * np.pi * radius * volume
-    return Gradients(reduction, shape, volume, None if projection is None else projection.at(volume))
+    return Gradients(reduction, shape, volume, projection)
 
 
 def refuse_inverted(positive: Floats, name: str, nodes: Floats, elements: Ints) -> None:
@@ -175,7 +184,5 @@ def refuse_inverted(positive: Floats, name: str, nodes: Floats, elements: Ints) 
 
 
 def _by_reference(x: Floats, reference: Reference) -> Floats:
-    """dx/dxi (e, q, d, d) of element values (e, k, d): one dense product, nine times faster than one a point."""
-    (e, k, d), q = x.shape, len(reference.weights)
-    table = reference.gradients.transpose(1, 0, 2).reshape(k, q * d)
-    return (x.transpose(0, 2, 1).reshape(e * d, k) @ table).reshape(e, d, q, d).transpose(0, 2, 1, 3)
+    """dx/dxi (e, q, d, d) of element values (e, k, d), components first in memory: a product for each of them."""
+    return (x.transpose(2, 0, 1)[:, None] @ reference.gradients.transpose(2, 1, 0)).transpose(2, 3, 0, 1)

@@ -32,8 +32,8 @@ for _table in (UNIT, ROTATIONS):
 
 
 def cofactors(J: Floats) -> tuple[Floats, Floats]:
-    """J'^-1 det J (..., 2, 2), and det J (...)."""
-    out = np.empty(J.shape)
+    """J'^-1 det J (..., 2, 2), laid out in memory as J, and det J (...)."""
+    out = np.empty_like(J)
     out[..., 0, 0], out[..., 1, 1] = J[..., 1, 1], J[..., 0, 0]
     np.negative(J[..., 1, 0], out=out[..., 0, 1])
     np.negative(J[..., 0, 1], out=out[..., 1, 0])

@@ -81,6 +81,10 @@ class Projection:
 
     functions: Floats
 
+    def part(self, elements: slice) -> Projection:
+        """The projection of some elements."""
+        return Projection(self.functions[elements])
+
     @staticmethod
     def of(volume: VolumeChange, nodes: Floats, elements: Ints, reference: Reference) -> Projection | None:
         """The projection for a mesh at rest, None if the volume change is not projected."""

@@ -83,10 +83,9 @@ class Reduction:
 
     @cached_property
     def copied(self) -> tuple[Ints, Floats]:
-        """Mandel components (m,) of which the entries of t = ``symmetric``' sigma are multiples, and factors (m, 1)."""
+        """Mandel components (m,) of which the entries of t = ``symmetric``' sigma are multiples, and factors (1, s)."""
         component = np.argmax(self.symmetric, axis=0)
-        factor = self.symmetric[component, np.arange(len(component))]
-        return read_only(component, np.intp), read_only(factor[:, None], np.float64)
+        return read_only(component, np.intp), read_only([self.symmetric.max(axis=1)], np.float64)
 
     @cached_property
     def row_forces(self) -> Floats:

@@ -32,8 +32,8 @@ from bipot.fem.reduction import Geometry, Reduction
 from bipot.tensors import contract, trace
 from bipot.typing import Floats, Ints
 
-TOGETHER = 2**16
-"""Number of entries of D that are computed at a time: half a megabyte."""
+TOGETHER = 2**17
+"""Number of entries of D that are computed at a time: a megabyte."""
 
 LARGEST = 300.0
 """Volume strain that no answer has, and of which the exponential is a number: iterates that run away have any."""
@@ -44,7 +44,8 @@ class Scratch:
     """Reusable memory of element tangents: Z (p, q, m, m), D and Z D (p, q, m, dk), K_e (e, dk, dk).
 
     These are the largest arrays of a Newton pass; allocating them anew costs more than the operations on them. All but
-    the last hold p elements at a time, which fit in the processor's cache.
+    the last hold p elements at a time, which fit in the processor's cache. Where the volume change is projected, Z, D
+    and Z D have a row more, of the trace.
     """
 
     Z: Floats
@@ -53,13 +54,13 @@ class Scratch:
     K: Floats
 
     @staticmethod
-    def of(elements: int, points: int, unknowns: int, reduction: Reduction) -> Scratch:
+    def of(elements: int, points: int, unknowns: int, reduction: Reduction, projected: bool) -> Scratch:
         """Memory for e ``elements`` of q ``points`` and dk ``unknowns`` each."""
         m = len(reduction.entries)
         p = max(min(elements, TOGETHER // (points * m * unknowns)), 1)
-        size = (p, points, m, unknowns)
+        rows = (p, points, m + projected)
         K = np.empty((elements, unknowns, unknowns))
-        return Scratch(np.empty((p, points, m, m)), np.zeros(size), np.empty(size), K)
+        return Scratch(np.empty((*rows, m)), np.zeros((*rows, unknowns)), np.empty((*rows, unknowns)), K)
 
     def part(self, elements: slice) -> Scratch:
         """The memory for some elements, no more than p."""
@@ -141,8 +142,9 @@ class Fixed:
         """See :class:`Measure`."""
         start = gradients(nodes, elements, reference, geometry, projection)
         g = start.of(du.take(elements, axis=0))
-        strain = strained(contract(g, start.reduction.symmetric.T), start.projector)
-        return Kinematics(**vars(start), strain=strain, middle=g, straining=start.projector)
+        straining = None if projection is None else projection.at(start.volume)
+        strain = strained(contract(g, start.reduction.symmetric.T), straining)
+        return Kinematics(**vars(start), strain=strain, middle=g, straining=straining)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """K_e of (25)."""
@@ -214,30 +216,32 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     by_g = CLOSED_FORMS[reduction.dimension].strain_by_gradient(
         reduction, kin.middle, kin.half, kin.strain, s.rotated, s.shear
     )
-    # The product with symmetric' only copies rows, those of shear twice.
+    D, Z, m = scratch.D, scratch.Z, by_g.shape[-1]
+    # The product with symmetric' only copies rows, and scales those of shear.
     component, factor = reduction.copied
-    Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
-    Z *= kin.volume[..., None, None] * factor
+    stress_by_g = (s.moduli * contract(kin.volume[..., None], factor)[..., None]) @ by_g
     # Q: at fixed stress w D' t changes, too.
-    Z += contract(kin.volume[..., None] * s.returned, reduction.moving).reshape(Z.shape)
-    np.matmul(Z, scratch.D, out=scratch.ZD)
-    e, n, _ = scratch.K.shape
-    np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
+    fixed = contract(kin.volume[..., None] * s.returned, reduction.moving).reshape(*by_g.shape[:2], m, m)
+    np.add(stress_by_g.take(component, axis=-2), fixed, out=Z[:, :, :m])
     if kin.straining is not None:
-        theta_by_g = by_g[:, :, 0] + by_g[:, :, 1] + by_g[:, :, 2]
-        scratch.K[...] += _projected(kin, kin.straining, theta_by_g, scratch.D, s.bulk)
+        Z[:, :, m] = by_g[:, :, 0] + by_g[:, :, 1] + by_g[:, :, 2]
+    np.matmul(Z, D[:, :, :m], out=scratch.ZD)
+    if kin.straining is not None:
+        D[:, :, m] = trace_rows(D, reduction)
+        change = _projected(kin, kin.straining, D[:, :, m], scratch.ZD[:, :, m])
+        np.multiply((s.bulk * kin.volume)[..., None], change, out=scratch.ZD[:, :, m])
+    e, n, _ = scratch.K.shape
+    np.matmul(D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
 
 
-def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, bulk: float) -> Floats:
-    """The term that projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
+def _projected(kin: Kinematics, projector: Projector, V: Floats, d_theta: Floats) -> Floats:
+    """d(Pi theta - theta) (e, q, dk), from the trace V of D and d theta.
 
-    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. As weights change by
-    w (V - d theta/2), Pi theta changes by phi (phi' w phi)^-1 phi' w (theta - Pi theta) (V - d theta/2).
+    K_e gains sum_q w V' K times that, K the bulk modulus. As weights change by w (V - d theta/2), Pi theta changes by
+    phi (phi' w phi)^-1 phi' w (theta - Pi theta) (V - d theta/2).
     """
-    V, d_theta = trace_rows(D, kin.reduction), (by_g[:, :, None] @ D)[:, :, 0]
     by_weights = (kin.divergence - trace(kin.strain))[..., None] * (V - d_theta / 2)
-    change = projector.of(by_weights + d_theta) - d_theta
-    return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ change
+    return projector.of(by_weights + d_theta) - d_theta
 
 
 class Configuration(Enum):
