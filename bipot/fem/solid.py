@@ -23,11 +23,9 @@ for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 GENERATORS.flags.writeable = False
 """E_a with E_a v = e_a x v."""
 
-_PAIRS = read_only(np.transpose(COMPONENTS), np.intp)
-"""Rows and columns of the components of a Mandel vector."""
-
-_ABOUT = read_only([[2, 0, 1], [1, 2, 0]], np.intp)
-"""Entries (k, l) less (l, k), halved, are the axial vector of a tensor's skew part."""
+_SHEARS = read_only(np.transpose(COMPONENTS[3:]), np.intp)
+_ABOUT = read_only([2, 0, 1], np.intp)
+"""Rows and columns of the shears of a Mandel vector, and the axes about which the same entries spin, negative."""
 
 
 def cofactors(J: Floats) -> tuple[Floats, Floats]:
@@ -84,41 +82,26 @@ def strain_by_gradient(
 ) -> Floats:
     """d e / d g (..., s, m): see :func:`bipot.fem.plane.strain_by_gradient`.
 
-    A change dH of the gradient is L dH R at the middle, with L = I - H/2, R = I + H/2 and the H there. The component
-    along each symmetric F of the Mandel basis changes by F : Q_h L dH R Q_h'. With p = w/2 the whole rotation spins by
+    A change dH of the gradient is L dH R at the middle, with L = I - H/2, R = I + H/2 and the H there, and M = Q_h L dH
+    R Q_h' turned with the strain, which changes by the symmetric part of M. With p = w/2 the whole rotation spins by
     2 (dp + p x dp) / (1 + p.p), and the half one by (I + Q_h)^-1 = (I - c/(1 + c) P) / 2 times that, c = cos of its
-    angle and P v = p x v.
+    angle and P v = p x v. As Q_h is made of P, the spins are S m and (S - c^2/(1 + c) P) m / 2 by the axial vector m of
+    M, with S = c I - c^3/(1 + c) p p'.
     """
     s, H, Q = reduction.mandel, _matrices(middle, reduction.embedding) / 2, half.reshape(3, 3, -1)
-    L, R = UNIT - H, UNIT + H
     p = _spin(middle, reduction) / 2
-    c, P = 1 / np.sqrt(1 + _square(p)), _cross(p)
-    whole = c**2 * (UNIT + P)
-    by_half = _times(UNIT - c / (1 + c) * P, whole) / 2
-    turning = _times(_turn(strain), by_half) + _times(_turn(rotated / (2 * shear)), whole)
-    out = _symmetric(_times(Q, L), _times(R, back(Q)), s)
-    out += einsum("san,ajin->sjin", turning, _skew(L, R))
+    c = 1 / np.sqrt(1 + _square(p))
+    turning = _times(_turn(strain / 2 + rotated / (2 * shear)), c * UNIT - c**3 / (1 + c) * p[:, None] * p)
+    turning -= c**2 / (2 * (1 + c)) * _times(_turn(strain), _cross(p))
+    # The entries of M are products of L turned and of R' turned, in the order of g: columns of dH first.
+    left, across, out = _times(Q, UNIT - H), _times(Q, back(UNIT + H)), np.empty((s, *H.shape))
+    np.multiply(across[:, :, None], left[:, None], out=out[:3])
+    left, (rows, columns) = left / SQRT2, _SHEARS[:, : s - 3]
+    one, other = across[columns][:, :, None] * left[rows][:, None], across[rows][:, :, None] * left[columns][:, None]
+    np.add(one, other, out=out[3:])
+    out += einsum("san,ajin->sjin", turning[:, _ABOUT[: s - 3]] / SQRT2, other - one)
     by_point = np.ascontiguousarray(out.reshape(9 * s, -1).T).reshape(*middle.shape[:-1], s, 9)
     return by_point if reduction.dimension == 3 else by_point[..., [3 * j + i for i, j in reduction.entries]]
-
-
-def _symmetric(left: Floats, right: Floats, size: int) -> Floats:
-    """Mandel vector of the symmetric part of left dH right, by dH (s, 3, 3, n), its columns first, as g is."""
-    across = back(right)
-    out = np.empty((size, *left.shape))
-    np.multiply(across[:, :, None], left[:, None], out=out[:3])
-    left, (rows, columns) = left / SQRT2, _PAIRS[:, 3:size]
-    np.multiply(across[columns][:, :, None], left[rows][:, None], out=out[3:])
-    out[3:] += across[rows][:, :, None] * left[columns][:, None]
-    return out
-
-
-def _skew(left: Floats, right: Floats) -> Floats:
-    """Axial vector of the skew part of left dH right, by dH (3, 3, 3, n), its columns first."""
-    across, left, (rows, columns) = back(right), left / 2, _ABOUT
-    out = across[columns][:, :, None] * left[rows][:, None]
-    out -= across[rows][:, :, None] * left[columns][:, None]
-    return out
 
 
 def _times(left: Floats, right: Floats) -> Floats:
