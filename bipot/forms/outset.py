@@ -81,9 +81,9 @@ def flow_modulus(increment: Increment) -> float:
     of shear, of which this one knows nothing.
     """
     body, start = increment.system.body, increment.start
-    loaded = bool(body.scene.drives) or increment.loads.changes
-    confined = body.scene.geometry is Geometry.PLANE_STRAIN
-    if start.length or start.stress.any() or loaded or confined or body.scene.material.drifts:
+    if start.length or start.stress.any() or body.scene.drives or body.scene.material.drifts:
+        return 0.0
+    if body.scene.geometry is Geometry.PLANE_STRAIN or increment.loads.changes:
         return 0.0
     strain, material = strain_of(increment), body.scene.material
     if strain < yielded_strain(increment.system, None) * (1 - ROUND_OFF) or not strain:
