@@ -176,7 +176,7 @@ def start_loads(start: State, increment: Increment) -> Floats:
 
 def start_forces(start: State, increment: Increment) -> Floats:
     """Contact forces (c, d) of the start, with friction between tool and support against the increment's slip."""
-    return rubbed(start.forces, start_limit(start, increment), increment.dragged)
+    return rubbed(start.forces, lambda: start_limit(start, increment), increment.dragged)
 
 
 def ended_forces(system: System, state: State) -> Floats:
@@ -188,9 +188,7 @@ def ended_forces(system: System, state: State) -> Floats:
     # An increment that began at a kink, but for round-off of its length, has no motion from before the kink.
     begun = next((kink for kink in scene.kinks if abs(kink - begun) <= ROUND_OFF), begun)
     slip = Increment(system, replace(state, tau=begun), state.tau).dragged
-    if not slip.any():
-        return state.forces
-    return rubbed(state.forces, start_limit(state, Increment(system, state, state.tau)), slip)
+    return rubbed(state.forces, lambda: start_limit(state, Increment(system, state, state.tau)), slip)
 
 
 def start_limit(start: State, increment: Increment) -> Floats:

@@ -79,7 +79,7 @@ class Increment:
     @cached_property
     def past(self) -> Past:
         """The increment that led to the start of this one; to the beginning of a path, that was one of another path."""
-        return past_of(self.system, self.start, self.tau, self.rows)
+        return past_of(self.system, self.start, self.tau, lambda: self.rows)
 
     @cached_property
     def dragged(self) -> Floats:
@@ -266,7 +266,7 @@ class Iterate:
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -s slip/|slip| between tool and support where the slip is known."""
-        return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), self.increment.dragged)
+        return supported.rubbed(r, lambda: np.where(self.rows.tied, 0.0, self.rows.limit(r)), self.increment.dragged)
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -43,11 +44,12 @@ class Past:
         return self.quicker * self.start.rates
 
 
-def past_of(system: System, start: State, tau: float, rows: ContactRows) -> Past:
+def past_of(system: System, start: State, tau: float, rows: Callable[[], ContactRows]) -> Past:
     """The increment that led to the start of one to ``tau``; to the beginning of a path, that was one of another path.
 
     What a tool does that carries nothing at the start, and that the body does not come to whether it rests or goes on,
-    turns nothing for the body: a strip goes on through rolls when a pusher stops that it has left behind.
+    turns nothing for the body: a strip goes on through rolls when a pusher stops that it has left behind. The contact
+    ``rows`` of the increment are made only where a kink asks.
     """
     scene, contacts = system.body.scene, system.candidates
     if start.tau == 0:
@@ -55,6 +57,7 @@ def past_of(system: System, start: State, tau: float, rows: ContactRows) -> Past
     if not any(abs(kink - start.tau) <= ROUND_OFF for kink in scene.kinks):
         return Past(start, Paces((), ()))
     going = (tau - start.tau) * start.rates
-    there = rows.motion(system.body.space.gather(going))[:, 0]
-    gap = np.minimum.reduce([start.gap, rows.gap, there])
+    posed = rows()
+    there = posed.motion(system.body.space.gather(going))[:, 0]
+    gap = np.minimum.reduce([start.gap, posed.gap, there])
     return Past(start, scene.paces(contacts.felt(start.forces, gap, max_abs(going))))

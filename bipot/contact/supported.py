@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -77,12 +78,15 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
     return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
 
 
-def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
-    """Contact forces r (c, d) with the friction -s slip/|slip|, s (c,), where the slip ``dragged`` is known."""
+def rubbed(r: Floats, limit: Callable[[], Floats], dragged: Floats) -> Floats:
+    """Contact forces r (c, d) with the friction -s slip/|slip| where the slip ``dragged`` (c, d - 1) is known.
+
+    s (c,) by ``limit`` is asked for only there: few scenes have such slips.
+    """
     if not dragged.any():
         return r
     out = r.copy()
-    out[:, 1:] -= s[:, None] * unit(dragged)
+    out[:, 1:] -= limit()[:, None] * unit(dragged)
     return out
 
 
