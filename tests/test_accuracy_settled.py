@@ -64,13 +64,14 @@ def short() -> Scene:
     return Scene(cylinder(1.0, 1.0, 6, 6), Geometry.AXISYMMETRIC, material, held, lid((0.0, -0.005), 0.3))
 
 
-def twisted() -> Scene:
+def twisted(times: float = 1.0, elements: int = 3) -> Scene:
     """A brick, held below, that a lid presses and turns on at once: its force alone is not stationary."""
     top = (1.0, 1.0, 1.0)
-    turn = Turn(0.2, top, axis=(0.0, 0.0, 1.0))
-    tool = ShapedTool(Plane(top, (0.0, 0.0, -1.0)), (0.0, 0.0, -0.1), ("top",), 0.3, turn=turn)
+    turn = Turn(0.2 * times, top, axis=(0.0, 0.0, 1.0))
+    tool = ShapedTool(Plane(top, (0.0, 0.0, -1.0)), (0.0, 0.0, -0.1 * times), ("top",), 0.3, turn=turn)
     held = tuple(Support("base", d) for d in range(3))
-    return Scene(brick(2.0, 2.0, 1.0, 3, 3, 3), Geometry.SOLID, metal(0.0, Voce(166.0, 100.0, 5.0)), held, (tool,))
+    mesh = brick(2.0, 2.0, 1.0, elements, elements, elements)
+    return Scene(mesh, Geometry.SOLID, metal(0.0, Voce(166.0, 100.0, 5.0)), held, (tool,))
 
 
 def slender() -> Scene:
@@ -163,6 +164,21 @@ def test_a_lid_that_presses_and_turns_follows_yielding(count):
     pressed = [abs(error[2]) for error in missed(scene, steps)]
     assert max(pressed) <= 3 * ACCURACY
     assert steps[0].state.tau < 0.01
+
+
+def test_yielding_is_followed_however_far_a_lid_presses_and_turns_in_all():
+    """A way four times as long was begun by an increment past first yield, off by 11 times the accuracy."""
+    scene = twisted(4.0, elements=2)
+    steps = paced(scene, 4)
+    assert max(abs(error[2]) for error in missed(scene, steps)) <= ACCURACY
+    assert steps[0].state.tau == pytest.approx(paced(twisted(elements=2), 1)[0].state.tau / 4, rel=0.02)
+
+
+def test_a_lid_that_turns_all_the_way_round_strains_a_body_on_its_way():
+    """It ends where it began: its strain was taken for that of its pressing alone, and forces were a fiftieth off."""
+    once, twice = (paced(twisted(turns * 2 * np.pi / 0.2, elements=2), 1)[0].state.tau for turns in (1, 2))
+    assert twice == pytest.approx(once / 2, rel=1e-3)
+    assert once * 2 * np.pi == pytest.approx(paced(twisted(elements=2), 1)[0].state.tau * 0.2, rel=0.02)
 
 
 @pytest.mark.parametrize(("scene", "order"), [(short(), 2), (twisted(), 1)], ids=["pressed", "turned"])
