@@ -238,6 +238,18 @@ def test_a_force_across_the_way_is_not_what_is_asked():
     assert errors[:, 1].max() > 9
 
 
+def test_forces_along_different_lines_are_not_what_is_asked():
+    """Nor is any alone stationary: both are off on a cube pressed along two axes, by ever less."""
+    held = Symmetry("base", 2), Symmetry("left", 0), Symmetry("front", 1)
+    aside = FlatTool((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-0.05, 0.0, 0.0), ("right",), 0.0)
+    down = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.0)
+    mesh = brick(1.0, 1.0, 1.0, 2, 2, 2)
+    scene = Scene(mesh, Geometry.SOLID, metal(0.3, Perfect(300.0)), held, (down, aside))
+    errors = along(scene, paced(scene, 4, accuracy=1e-4)) * ACCURACY / 1e-4
+    assert max(errors[:2]) > 9
+    assert errors[3] < 1
+
+
 def test_where_bands_of_shear_form_the_error_of_an_increment_grows_by_itself():
     """The first increment's, below the accuracy, to more than three times that, whatever follows it is short."""
     scene = slender()

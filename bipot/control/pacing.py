@@ -21,9 +21,9 @@ Increments as long as the yield strain have an error of the force of 1e-3 at fir
 turned round, which decay soon. A first increment that passes first yield has the smallest error, up to 4e-4 in a metal,
 which the estimate does not contain. At accuracies below HALVED it carries on the flow of its own first half
 (:mod:`bipot.control.carrying`), which leaves a third of that and less, unless the estimate of how unevenly it strains
-the body is at most EVEN of the accuracy. One after a kink always does, if it passes yielding: there the error is up to
-1e-2. Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many
-short ones follow yielding.
+the body is at most EVEN of the accuracy, and tools press and go along one line. One after a kink always does, if it
+passes yielding: there the error is up to 1e-2. Where a path ends or turns sooner, or the yield strain is so large that
+an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from bipot.response import State
 from bipot.system import System
 from bipot.tools.surfaces import Plane
 from bipot.typing import max_abs
-from bipot.yielding import YIELDING, flows, strain_of, yielded_strain
+from bipot.yielding import YIELDING, flows, goes_one_way, strain_of, yielded_strain
 
 ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
@@ -121,8 +121,8 @@ class Pacer:
         return start.length > 0 or self._fine
 
     def is_even(self, near: Near) -> bool:
-        """Whether one from rest strains the body so evenly that it needs no halves."""
-        return GATHERED * unevenness(near) <= EVEN * self.aim
+        """Whether one from rest strains the body so evenly, along one line, that it needs no halves."""
+        return goes_one_way(near.iterate.increment) and GATHERED * unevenness(near) <= EVEN * self.aim
 
     @property
     def _fine(self) -> bool:
