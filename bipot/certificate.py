@@ -157,7 +157,7 @@ class Certificate:
     def ratios(self, bounds: Bounds) -> dict[str, float]:
         """Each bounded measure over its bound, or over its resolution where that is larger."""
         return {
-            name: getattr(self, name) / max(bound, getattr(self.resolution, name, 0.0))
+            name: over_bound(getattr(self, name), bound, getattr(self.resolution, name, 0.0))
             for name, bound in vars(bounds).items()
         }
 
@@ -188,6 +188,14 @@ class Bounds:
     def none() -> Bounds:
         """Bounds that accept everything."""
         return Bounds(*[math.inf] * len(fields(Bounds)))
+
+
+def over_bound(measure: float, bound: float, resolution: float = 0.0) -> float:
+    """The measure over its bound, or over its ``resolution`` where that is larger.
+
+    Without a bound, inf, it is met even where it is infinite, as the law beside no forces is.
+    """
+    return 0.0 if math.isinf(bound) else measure / max(bound, resolution)
 
 
 def certify(

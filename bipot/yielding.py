@@ -13,7 +13,7 @@ from bipot.iterate import Increment, Iterate
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.surfaces import imaged
-from bipot.typing import Floats, vdot
+from bipot.typing import Floats, max_abs, vdot
 
 YIELDING, CONFINED, TURNED_ROUND = 10.0, 1.2, 2.0
 """A body has long yielded at YIELDING times the strain at yield: CONFINED times that in plane strain, TURNED_ROUND
@@ -85,15 +85,33 @@ def strain_of(increment: Increment) -> float:
     Of a tool that turns, each place at which it meets the body goes its own way. A tool that a force drives goes along
     that as the body is carried. Tools out of reach of the body strain nothing.
     """
-    near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
-    led = scene.drives.poses(increment.tools.led, len(near))[:, : scene.mesh.dimension]
-    ways = np.concatenate([increment.tools.rest, (increment.tools.travel + led)[near], _turning(increment)])
-    # Most supports rest, and each way is measured along many normals.
-    ways = np.unique(ways, axis=0)
+    ways, scene = _ways(increment), increment.system.body.scene
     # The mirror images beyond a plane of symmetry go the other way.
     for plane in scene.planes:
         ways = np.vstack([ways, imaged(ways, plane.normal, 0.0)])
     return scene.calipers.strain(ways)
+
+
+def goes_one_way(increment: Increment) -> bool:
+    """Whether tools press along one line, along which tools and supports go.
+
+    The power of all tools is stationary in the direction of flow, and so is a force of one such. What several forces
+    share is not, nor the friction on a tool at rest, which is a part of a force that is not.
+    """
+    contacts, ways = increment.system.candidates, _ways(increment)
+    near = contacts.reached(increment.rows.gap)[contacts.tool[contacts.parts.owner]]
+    apart = (ways - ways[0]) / max_abs(ways) if ways.any() else ways
+    lines = np.concatenate([apart, increment.tools.frames[near, 0]])
+    return int(np.linalg.matrix_rank(lines, tol=ROUND_OFF * len(lines))) <= 1
+
+
+def _ways(increment: Increment) -> Floats:
+    """The different ways (m, d) of tools and supports (:func:`strain_of`), without mirror images."""
+    near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
+    led = scene.drives.poses(increment.tools.led, len(near))[:, : scene.mesh.dimension]
+    ways = np.concatenate([increment.tools.rest, (increment.tools.travel + led)[near], _turning(increment)])
+    # Most supports rest, and each way is measured along many normals.
+    return np.unique(ways, axis=0)
 
 
 def _turning(increment: Increment) -> Floats:

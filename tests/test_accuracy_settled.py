@@ -64,13 +64,14 @@ def short() -> Scene:
     return Scene(cylinder(1.0, 1.0, 6, 6), Geometry.AXISYMMETRIC, material, held, lid((0.0, -0.005), 0.3))
 
 
-def twisted() -> Scene:
+def twisted(times: float = 1.0, elements: int = 3) -> Scene:
     """A brick, held below, that a lid presses and turns on at once: its force alone is not stationary."""
     top = (1.0, 1.0, 1.0)
-    turn = Turn(0.2, top, axis=(0.0, 0.0, 1.0))
-    tool = ShapedTool(Plane(top, (0.0, 0.0, -1.0)), (0.0, 0.0, -0.1), ("top",), 0.3, turn=turn)
+    turn = Turn(0.2 * times, top, axis=(0.0, 0.0, 1.0))
+    tool = ShapedTool(Plane(top, (0.0, 0.0, -1.0)), (0.0, 0.0, -0.1 * times), ("top",), 0.3, turn=turn)
     held = tuple(Support("base", d) for d in range(3))
-    return Scene(brick(2.0, 2.0, 1.0, 3, 3, 3), Geometry.SOLID, metal(0.0, Voce(166.0, 100.0, 5.0)), held, (tool,))
+    mesh = brick(2.0, 2.0, 1.0, elements, elements, elements)
+    return Scene(mesh, Geometry.SOLID, metal(0.0, Voce(166.0, 100.0, 5.0)), held, (tool,))
 
 
 def slender() -> Scene:
@@ -165,6 +166,21 @@ def test_a_lid_that_presses_and_turns_follows_yielding(count):
     assert steps[0].state.tau < 0.01
 
 
+def test_yielding_is_followed_however_far_a_lid_presses_and_turns_in_all():
+    """A way four times as long was begun by an increment past first yield, off by 11 times the accuracy."""
+    scene = twisted(4.0, elements=2)
+    steps = paced(scene, 4)
+    assert max(abs(error[2]) for error in missed(scene, steps)) <= ACCURACY
+    assert steps[0].state.tau == pytest.approx(paced(twisted(elements=2), 1)[0].state.tau / 4, rel=0.02)
+
+
+def test_a_lid_that_turns_all_the_way_round_strains_a_body_on_its_way():
+    """It ends where it began: its strain was taken for that of its pressing alone, and forces were a fiftieth off."""
+    once, twice = (paced(twisted(turns * 2 * np.pi / 0.2, elements=2), 1)[0].state.tau for turns in (1, 2))
+    assert twice == pytest.approx(once / 2, rel=1e-3)
+    assert once * 2 * np.pi == pytest.approx(paced(twisted(elements=2), 1)[0].state.tau * 0.2, rel=0.02)
+
+
 @pytest.mark.parametrize(("scene", "order"), [(short(), 2), (twisted(), 1)], ids=["pressed", "turned"])
 def test_what_is_left_of_yielding_is_what_the_body_stores(scene, order):
     """Made here of stress and Hooke's law: all that rests is stored or dissipated."""
@@ -220,6 +236,18 @@ def test_a_force_across_the_way_is_not_what_is_asked():
     errors = np.abs(list(missed(scene, paced(scene)))) / ACCURACY
     assert errors[:, 0].max() <= 3
     assert errors[:, 1].max() > 9
+
+
+def test_forces_along_different_lines_are_not_what_is_asked():
+    """Nor is any alone stationary: both are off on a cube pressed along two axes, by ever less."""
+    held = Symmetry("base", 2), Symmetry("left", 0), Symmetry("front", 1)
+    aside = FlatTool((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-0.05, 0.0, 0.0), ("right",), 0.0)
+    down = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.0)
+    mesh = brick(1.0, 1.0, 1.0, 2, 2, 2)
+    scene = Scene(mesh, Geometry.SOLID, metal(0.3, Perfect(300.0)), held, (down, aside))
+    errors = along(scene, paced(scene, 4, accuracy=1e-4)) * ACCURACY / 1e-4
+    assert max(errors[:2]) > 9
+    assert errors[3] < 1
 
 
 def test_where_bands_of_shear_form_the_error_of_an_increment_grows_by_itself():

@@ -255,3 +255,12 @@ def test_a_measure_decides_while_round_off_is_less_than_its_bound(blur, hidden):
     exact, _ = material_fields()
     found = certified(EMPTY, exact, blur=blur * Bounds().equilibrium)
     assert found.below_resolution(replace(Bounds.none(), equilibrium=Bounds().equilibrium)) == hidden
+
+
+def test_an_infinite_measure_without_a_bound_is_met():
+    """Beside no forces the law is: it was infinity over infinity, which no increment met."""
+    exact, _ = material_fields()
+    found = certified(contact_fields([[0.0, 0.0]], [[-0.1, 0.0]], present=0.0), exact)
+    assert found.law == np.inf
+    assert found.ratios(Bounds())["law"] == np.inf
+    assert not any(found.ratios(Bounds.none()).values())

@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, certify
+from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, certify, over_bound
 from bipot.iterate import Increment, Iterate
 from bipot.response import Response
 from bipot.tensors import norm
@@ -60,9 +60,9 @@ class Examined:
     def ratios(self) -> dict[str, float]:
         """Each measure over its bound or resolution; the measures of equilibrium alone if one of these is not met."""
         balance, bounds = self.balance, self.bounds
-        first = {"equilibrium": balance.equilibrium / max(bounds.equilibrium, balance.resolution)}
+        first = {"equilibrium": over_bound(balance.equilibrium, bounds.equilibrium, balance.resolution)}
         if balance.tool_force.size:
-            first["tool_equilibrium"] = balance.tools / bounds.tool_equilibrium
+            first["tool_equilibrium"] = over_bound(balance.tools, bounds.tool_equilibrium)
         return self.certificate.ratios(bounds) if max(first.values()) <= 1 else first
 
     @cached_property

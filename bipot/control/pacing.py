@@ -14,21 +14,22 @@ At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), le
 has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at
 most GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry,
 over the body's extent. The strain by a load that changes is not known, a tool that turns may only roll, and a curved
-one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. If flow begins
-in one, the next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of
-1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first
-yield has the smallest error, up to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED it
-carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less, unless
-the estimate of how unevenly it strains the body is at most EVEN of the accuracy.
-One after a kink always does, if it passes yielding: there the error is up to 1e-2.
-Where a path ends or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones
-follow yielding.
+one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. Beneath a flat
+tool that turns, whose force and moment are not stationary in the direction of flow, as its power is, it ends where the
+body begins to yield, however long the way is. If flow begins in one, the next has at most BEGUN of its length.
+Increments as long as the yield strain have an error of the force of 1e-3 at first yield and of 1e-2 after a body has
+turned round, which decay soon. A first increment that passes first yield has the smallest error, up to 4e-4 in a metal,
+which the estimate does not contain. At accuracies below HALVED it carries on the flow of its own first half
+(:mod:`bipot.control.carrying`), which leaves a third of that and less, unless the estimate of how unevenly it strains
+the body is at most EVEN of the accuracy, and tools press and go along one line. One after a kink always does, if it
+passes yielding: there the error is up to 1e-2. Where a path ends or turns sooner, or the yield strain is so large that
+an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,7 +40,8 @@ from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
 from bipot.tools.surfaces import Plane
-from bipot.yielding import flows, strain_of, yielded_strain
+from bipot.typing import max_abs
+from bipot.yielding import YIELDING, flows, goes_one_way, strain_of, yielded_strain
 
 ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
@@ -50,6 +52,9 @@ LEAST_LENGTH = 1e-9
 UNDRIVEN = 0.05
 """Longest first length where a load changes, a tool turns or is curved, or nothing follows a path, over that of
 constant rates."""
+
+SMALL_TURN = 0.1
+"""Angle by which tools turn where the strain of the way is measured: one that goes all the way round ends in place."""
 
 AIMED, GROWTH, SHRINK = 1.05, 2.0, 0.2
 """Length aimed at over the one that the estimate allows; longest and shortest next one over the last, the longest also
@@ -116,8 +121,8 @@ class Pacer:
         return start.length > 0 or self._fine
 
     def is_even(self, near: Near) -> bool:
-        """Whether one from rest strains the body so evenly that it needs no halves."""
-        return GATHERED * unevenness(near) <= EVEN * self.aim
+        """Whether one from rest strains the body so evenly, along one line, that it needs no halves."""
+        return goes_one_way(near.iterate.increment) and GATHERED * unevenness(near) <= EVEN * self.aim
 
     @property
     def _fine(self) -> bool:
@@ -159,14 +164,18 @@ class Pacer:
     def _first(self, whole: Increment) -> tuple[float, float]:
         """The first length of the stretch ``whole`` of constant rates, and the length that passes first yield."""
         system, state = whole.system, whole.start
-        strained, near = strain_of(whole), system.candidates.reached(whole.rows.gap)
-        tools, stretch = zip(whole.tools.turned, system.body.scene.tools, strict=True), whole.tau - state.tau
-        unsure = np.array([turned != 0 or not isinstance(tool.face, Plane) for turned, tool in tools], dtype=bool)
+        near = system.candidates.reached(whole.rows.gap)
+        curved = np.array([not isinstance(tool.face, Plane) for tool in system.body.scene.tools], dtype=bool)
+        stretch, unsure = whole.tau - state.tau, curved | (whole.tools.turned != 0)
+        part = SMALL_TURN / max(max_abs(whole.tools.turned[near]), SMALL_TURN)
+        strained = strain_of(replace(whole, tau=state.tau + part * stretch)) / part
         most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or unsure[near].any() else stretch
         if strained == 0:
             return most, 0.0
+        far = yielded_strain(system, state.peeq if state.length > 0 else None)
+        if (whole.tools.turned[near & ~curved] != 0).any():
+            return max(min(far / YIELDING / strained * stretch, most), LEAST_LENGTH), 0.0
         # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
-        far = yielded_strain(system, state.peeq if state.length > 0 else None)
         strain = min(max(least, far), GROWTH * least)
         return max(min(strain / strained * stretch, most), LEAST_LENGTH), far / strained * stretch
