@@ -135,7 +135,7 @@ class _Terms:
     @property
     def curved(self) -> float:
         """T of an increment that is not the first of its path, where the body has long yielded."""
-        if self._first or not (self._yields and is_past_yield(self._increment)):
+        if self._first or not (self._yields and self._has_yielded):
             return 0.0
         curvature = min(self._velocity_change, 1.0 if self.last else TURNED) / 10
         return min(curvature, self._uneven) if follows_yield(self._increment) else curvature
@@ -147,7 +147,7 @@ class _Terms:
             return 0.0
         # From rest the body may have settled at strains at which most still yield.
         stored_tells = self.start.length == 0 and not self._increment.loads.changes
-        if is_past_yield(self._increment):
+        if self._has_yielded:
             return self._settles if self._first and stored_tells else 0.0
         # Where flow was carried on, the difference of its stress from Euler's counts already.
         uncarried = (self.solved.response.state.stress == self.start.stress).all(axis=-1)
@@ -182,9 +182,13 @@ class _Terms:
         """Whether the increment starts from rest or at a kink that is no change of pace."""
         return self.start.length == 0 or self._increment.past.turns
 
-    @property
+    @cached_property
     def _yields(self) -> bool:
         return flows(self.solved.iterate)
+
+    @cached_property
+    def _has_yielded(self) -> bool:
+        return is_past_yield(self._increment)
 
     @cached_property
     def _taken(self) -> float:
