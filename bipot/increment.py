@@ -17,7 +17,7 @@ import numpy as np
 from bipot.certificate import Bounds, Certificate
 from bipot.checks.examined import Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
-from bipot.checks.settling import least_moved
+from bipot.checks.settling import least_moved, unloaded
 from bipot.conic.problem import Claim, Timing
 from bipot.contact.closeness import newly_closed
 from bipot.errors import NotConverged, require, require_count, require_type
@@ -184,7 +184,7 @@ def solve_increment(
             examined, undetermined = _admitted(watch, examined, step)
             return Solved(
                 iterate=examined.iterate,
-                r=r,
+                r=examined.r,
                 certificate=examined.certificate,
                 posed=step.posed,
                 passes=number,
@@ -211,10 +211,12 @@ def _first(increment: Increment, limits: Limits, cache: Cache, near_to: Near | N
 def _admitted(watch: _Watch, accepted: Examined, step: Step) -> tuple[Examined, tuple[str, ...]]:
     """The ``accepted`` answer with the least free rigid motion, and what is not determined, in words.
 
+    Contact forces that are all round-off are none.
+
     Raises:
         NotConverged, Refused, FoldedAnswer: as of :func:`solve_increment`.
     """
-    least, undetermined = least_moved(accepted)
+    least, undetermined = least_moved(unloaded(accepted))
     if not np.array_equal(least.iterate.x, accepted.iterate.x) and not watch.accepts(least, step):
         raise watch.failure("the least of the body's free rigid motions leaves")
     least.increment.system.body.refuse_folded(least.response)

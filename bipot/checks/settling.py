@@ -74,14 +74,27 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
     return examined if least is iterate else replace(examined, iterate=least), tuple(words)
 
 
+def unloaded(examined: Examined) -> Examined:
+    """The answer without contact forces that are all round-off, which would tell the next increment who carries."""
+    present = max_abs(examined.r)
+    if not 0 < present <= _round_off(examined):
+        return examined
+    freed = replace(examined, r=np.zeros_like(examined.r))
+    return freed if max(freed.ratios().values()) <= 1 else examined
+
+
+def _round_off(examined: Examined) -> float:
+    """That of contact forces."""
+    present = max(max_abs(forces) for forces in (examined.r, examined.increment.start.forces))
+    return examined.certificate.resolution.law * present
+
+
 def _noise(examined: Examined) -> float:
     """Contact forces up to this count as none: the round-off of the law, or STICKS times the largest of the run.
 
     Where contacts have opened, forms may leave a remainder of this size on them, which holds nothing.
     """
-    start = examined.increment.start.forces
-    present = max(max_abs(forces) for forces in (examined.r, start))
-    return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
+    return max(_round_off(examined), STICKS * examined.largest)
 
 
 def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:

@@ -185,7 +185,7 @@ class Midpoint:
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn(contract(middle, reduction.symmetric.T), half)
         # With volumes at the end instead of the middle, accumulated volume changes are off by order one.
-        to_middle = np.exp(np.minimum(-trace(strain) / 2, LARGEST))
+        to_middle = np.exp(np.clip(-trace(strain) / 2, -LARGEST, LARGEST))
         straining = None if projection is None else projection.at(end.volume * to_middle)
         return Kinematics(
             **vars(end), strain=strained(strain, straining), middle=middle, straining=straining, half=half
