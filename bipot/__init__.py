@@ -21,7 +21,8 @@ certificate. These are the public names by subject; everything else is in the su
 * files: Recorder, Existing, History
 * errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed
 * errors of attempts: NotConverged, Refused, InvertedElement, FoldedAnswer
-* errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, BrokenSolver, FileError
+* errors of programs: ProgramError, StalledProgram, InfeasibleProgram, UnboundedProgram, UnsuitedForm
+* errors of solvers and files: BrokenSolver, FileError
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
 >>> accepted.solved.certificate.relative_gap < 1e-7
@@ -54,6 +55,7 @@ from bipot.errors import (
     Refused,
     ResultsError,
     SceneError,
+    StalledProgram,
     UnboundedProgram,
     UnsuitedForm,
 )
@@ -167,6 +169,7 @@ __all__ = [
     "SceneError",
     "Schedule",
     "ShapedTool",
+    "StalledProgram",
     "State",
     "SuperLU",
     "Support",

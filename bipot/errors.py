@@ -48,6 +48,10 @@ class ProgramError(BipotError):
     """A convex program was not solved to the requested accuracy."""
 
 
+class StalledProgram(ProgramError):
+    """A solver stopped short of the accuracy because it came no nearer, and not at a limit of time or iterations."""
+
+
 class UnsuitedForm(ProgramError):
     """A form cannot treat such contacts; another form can."""
 

@@ -3,7 +3,9 @@
 import subprocess
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
+import clarabel
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -11,10 +13,12 @@ import scipy.sparse as sp
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.qoco import Qoco
-from bipot.conic.solver import Accuracy
+from bipot.conic.solver import LESS, Accuracy
 from bipot.conic.through_cvxpy import BROUGHT, Cvxpy, cone_solvers
-from bipot.errors import ProgramError, SceneError
-from bipot.forms import FormName
+from bipot.errors import ProgramError, SceneError, StalledProgram
+from bipot.forms import Dissipation, FormName
+from bipot.marching import Control, Schedule, march
+from bipot.paper import upsetting
 from bipot.programs.data import Term
 from studies.solvers import compared, recorded
 from tests.scenes import posed
@@ -48,6 +52,28 @@ def test_programs_without_a_statement_are_stated_by_their_data(solver):
     stated, bare = (solver.solve(given, accuracy)[0] for given in (program, bare))
     assert program.cost(bare.x) == pytest.approx(program.cost(stated.x), rel=1e-4)
     assert bare.error() < 1e-4
+
+
+def test_where_a_solver_stalls_on_the_way_to_a_fine_answer_a_form_asks_for_less(monkeypatch):
+    """Interior points may lose in the last iterations what they had found: Newton's steps find it again."""
+    made = clarabel.DefaultSolver
+    asked = []
+
+    def short(P, q, A, b, cones, settings):
+        asked.append(settings.tol_feas)
+        stalled = SimpleNamespace(status=clarabel.SolverStatus.InsufficientProgress)
+        return SimpleNamespace(solve=lambda: stalled) if settings.tol_feas < LESS else made(P, q, A, b, cones, settings)
+
+    scene, schedule = upsetting(mu=0.3, elements=2, reduction=0.02), Schedule(1)
+    (whole,) = march(scene, schedule, Control(Dissipation(), ()))
+    monkeypatch.setattr(clarabel, "DefaultSolver", short)
+    with pytest.raises(StalledProgram, match="stopped with InsufficientProgress"):
+        Clarabel().solve(posed(0.3).dissipation.conic(), TIGHT)
+    asked.clear()
+    (almost,) = march(scene, schedule, Control(Dissipation(), ()))
+    assert asked[:2] == [Dissipation().accuracy.tolerance, LESS]
+    assert almost.solved.almost > 0
+    np.testing.assert_allclose(almost.tool_forces, whole.tool_forces, rtol=1e-7)
 
 
 def test_what_qoco_cannot_solve_is_a_program_error():

@@ -27,6 +27,8 @@ clarabel: Any = _clarabel
 CLAIMS = {clarabel.SolverStatus.Solved: Claim.SOLVED, clarabel.SolverStatus.AlmostSolved: Claim.ALMOST}
 INFEASIBLE = (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.AlmostPrimalInfeasible)
 UNBOUNDED = (clarabel.SolverStatus.DualInfeasible, clarabel.SolverStatus.AlmostDualInfeasible)
+STALLED = (clarabel.SolverStatus.InsufficientProgress, clarabel.SolverStatus.NumericalError)
+
 METHODS = ("auto", "qdldl", "faer")
 
 BALANCING = 3
@@ -176,7 +178,7 @@ def _answer(ready: Transferred, program: ConicProgram, started: float) -> ConicS
     if answer.status in UNBOUNDED and proofs.unbounded(program, np.array(answer.x)):
         raise unbounded(answer.x)
     if answer.status not in CLAIMS:
-        raise unsolved(answer.status)
+        raise unsolved(answer.status, stalled=answer.status in STALLED)
     return ConicSolution(
         program,
         np.array(answer.x),

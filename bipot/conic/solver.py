@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -15,12 +15,17 @@ from bipot.errors import (
     InfeasibleProgram,
     NotConverged,
     ProgramError,
+    StalledProgram,
     UnboundedProgram,
     require,
     require_count,
     require_type,
 )
 from bipot.typing import make_floats
+
+LESS = 1e-8
+"""Tolerance to which almost every program is solved. On the way to a finer one the last iterations of interior points
+may lose what the ones before had found, by some orders of magnitude."""
 
 Handle = Any
 """Data that a solver keeps of its last program and receives with the next; known to the solver only."""
@@ -94,6 +99,22 @@ def answered(
     return answer, handle
 
 
+def answered_to_less(
+    solver: ConicSolver, program: ConicProgram, accuracy: Accuracy, last: Handle = None
+) -> tuple[ConicSolution, Handle]:
+    """As :func:`answered`; to the tolerance LESS where the solver stalls on the way to a finer one.
+
+    The answer is then claimed to be almost solved.
+    """
+    try:
+        return answered(solver, program, accuracy, last)
+    except StalledProgram:
+        if accuracy.tolerance >= LESS:
+            raise
+    answer, handle = answered(solver, program, replace(accuracy, tolerance=LESS))
+    return replace(answer, outcome=Claim.ALMOST), handle
+
+
 def _require_numbers(value: object, shape: tuple[int, ...], field: str) -> None:
     found = f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else type(value).__name__
     right = isinstance(value, np.ndarray) and value.shape == shape and value.dtype.kind == "f"
@@ -112,6 +133,7 @@ def unbounded(ray: Any = None) -> UnboundedProgram:
     return UnboundedProgram("its program has no minimum: a mechanism gains more than it dissipates", ray)
 
 
-def unsolved(status: object) -> ProgramError:
-    """The error of a solver that stopped with any other ``status``."""
-    return ProgramError(f"conic solver stopped with {status}: refine the increment or loosen the tolerance")
+def unsolved(status: object, stalled: bool = False) -> ProgramError:
+    """The error of a solver that stopped with any other ``status``, ``stalled`` where it came no nearer."""
+    error = StalledProgram if stalled else ProgramError
+    return error(f"conic solver stopped with {status}: refine the increment or loosen the tolerance")

@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from bipot.checks.examined import driving
 from bipot.conic.problem import Claim, Timing
-from bipot.conic.solver import Accuracy, ConicSolver, answered
+from bipot.conic.solver import Accuracy, ConicSolver, answered_to_less
 from bipot.contact.closeness import near_tools
 from bipot.errors import InfeasibleProgram, require
 from bipot.forms.base import Cache, FormName
@@ -166,10 +166,11 @@ def solved(
     """Solve the program of the form of that name, whose ``solver`` keeps reusable data in the cache.
 
     Raises:
-        InfeasibleProgram, UnboundedProgram, ProgramError, BrokenSolver: as of :func:`~bipot.conic.solver.answered`.
+        InfeasibleProgram, UnboundedProgram, ProgramError, BrokenSolver: as of
+            :func:`~bipot.conic.solver.answered_to_less`.
     """
     try:
-        answer, handle = answered(solver, program.conic(), accuracy, cache.handles.get(name))
+        answer, handle = answered_to_less(solver, program.conic(), accuracy, cache.handles.get(name))
     except InfeasibleProgram as found:
         if program.contact.shift is None:
             raise
