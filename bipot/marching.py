@@ -36,7 +36,7 @@ from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
-from bipot.yielding import is_past_yield
+from bipot.yielding import is_past_yield, through_air
 
 DIGITS = 2.0
 """Least length of an increment, over the spacing of floating-point numbers at its pseudo-time."""
@@ -158,8 +158,8 @@ def _accurate(shared: Shared, course: Course, target: float) -> Found:
     for _ in range(TRIES):
         if not pacer.refuses(found.estimate):
             break
-        before = found.estimate
-        shorter = pacer.next(found.increment.tau - course.state.tau, before)
+        before, air = found.estimate, through_air(found.increment)
+        shorter = air + pacer.next(found.increment.tau - course.state.tau - air, before)
         found = _again(shared, course, target, found, shorter, f"error estimated at {before:.2g}")
         if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
             break
@@ -249,7 +249,8 @@ def _after(shared: Shared, course: Course, found: Found, target: float) -> Cours
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if shared.pacer is not None:
         begun = begins_flow(course.state, found.solved)
-        proposed = shared.pacer.next(length, found.estimate, found.attempt.passes, begun)
+        strained = length - through_air(found.solved.iterate.increment)
+        proposed = shared.pacer.next(strained or length, found.estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
     # If an increment by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.

@@ -174,10 +174,15 @@ class System:
         largest = max_abs(stress) + (elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
         return 10 * EPS * rest.lever * largest
 
+    @cached_property
+    def gaps_at_rest(self) -> Floats:
+        """Gaps (c,) of all candidates at rest."""
+        scene = self.body.scene
+        return self.candidates.distance(scene.mesh.nodes, scene.at_rest)
+
     def rest(self) -> State:
         """The state at rest."""
-        scene = self.body.scene
-        return rest(scene, self.candidates.distance(scene.mesh.nodes, scene.at_rest))
+        return rest(self.body.scene, self.gaps_at_rest)
 
 
 def system_of(scene: Scene) -> System:

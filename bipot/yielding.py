@@ -19,17 +19,20 @@ YIELDING, CONFINED, TURNED_ROUND = 10.0, 1.2, 2.0
 """A body has long yielded at YIELDING times the strain at yield: CONFINED times that in plane strain, TURNED_ROUND
 times after a kink, where a body that has hardened has the mean yield stress that it has there."""
 
+FLOWED = 2.0
+"""Mean peeq of a body over the strain since rest, above which it has flowed before."""
+
 ROUND_OFF = 1e-6
 """Relative round-off of these strains; a strain below this part of that at yield counts as none."""
 
 
 def is_past_yield(increment: Increment) -> bool:
     """Whether the increment ends so far from rest or the last kink that the body has long yielded there."""
-    strain, far = _since_turn(increment, increment.tau), yielded_strain(increment.system, hardened(increment))
-    if strain == 0:
+    if strain_of(increment) == 0:
         # Loads let a body yield bit by bit to the end.
         return not increment.loads.changes
-    return strain >= far * (1 - ROUND_OFF)
+    far = yielded_strain(increment.system, hardened(increment))
+    return _since_turn(increment, increment.tau) >= far * (1 - ROUND_OFF)
 
 
 def follows_yield(increment: Increment) -> bool:
@@ -52,10 +55,34 @@ def hardened(increment: Increment) -> Floats | None:
 
 
 def _since_turn(increment: Increment, tau: float) -> float:
-    """The strain from rest or the last kink to ``tau``, at the ``increment``'s rates."""
+    """The strain from rest or the last kink to ``tau``, at the ``increment``'s rates; from rest beyond what is air."""
     begun = increment.start.tau
-    _, length = increment.paces.since_turn(begun, tau)
-    return strain_of(increment) * length / (increment.tau - begun)
+    turn, length = increment.paces.since_turn(begun, tau)
+    rate, system = strain_of(increment) / (increment.tau - begun), increment.system
+    touched = length if turn > 0 else max(length - _apart(increment, system.gaps_at_rest), 0.0)
+    # A body that another march has left has flowed before, and is not at rest where the mesh is.
+    left = vdot(system.parts, (increment.accepted or increment.start).peeq) > FLOWED * rate * touched
+    return rate * (length if left else touched)
+
+
+def through_air(increment: Increment) -> float:
+    """How long, in pseudo-time, tools go in the ``increment`` before any touches the body, if that rests meanwhile."""
+    return min(_apart(increment, increment.start.gap), increment.tau - increment.start.tau)
+
+
+def _apart(increment: Increment, gap: Floats) -> float:
+    """How long tools with such a ``gap`` (c,) from a body that rests go, at the ``increment``'s rates, to touch it.
+
+    Zero where one touches it already, and where supports that move or loads that change strain it meanwhile.
+    """
+    start, tools, contacts = increment.start, increment.tools, increment.system.candidates
+    moves = (tools.travel.any(axis=1) | (tools.turned != 0))[contacts.tool]
+    apart, closing = gap[moves], (start.gap - increment.rows.gap)[moves]
+    comes = closing > 0
+    strained = bool(tools.driven.any()) or increment.loads.changes
+    if strained or touches(apart, contacts.scene.size).any() or not comes.any():
+        return 0.0
+    return float((apart[comes] / closing[comes]).min()) * (increment.tau - start.tau)
 
 
 def flows(iterate: Iterate) -> bool:

@@ -23,7 +23,7 @@ from bipot.laws.flow import Integration
 from bipot.response import State
 from bipot.tensors import norm
 from bipot.typing import vdot
-from bipot.yielding import is_past_yield
+from bipot.yielding import is_past_yield, through_air
 
 STRAYED = (NotConverged, InvertedElement)
 FAILURES = (*STRAYED, ProgramError)
@@ -55,7 +55,7 @@ def attempt_increment(
     in_halves = None
     begins = second and (increment.start.length == 0 or increment.past.turns)
     if staged is not None and begins and is_past_yield(increment) and not increment.loads.changes:
-        half = replace(increment, tau=(increment.start.tau + increment.tau) / 2)
+        half = replace(increment, tau=(increment.start.tau + through_air(increment) + increment.tau) / 2)
         whole = replace(increment, in_halves=True)
         first = partial(forms.solve, half, increment.start, leave=None)
         in_halves = Halves(half, first, partial(forms.solve, whole), staged)

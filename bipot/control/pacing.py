@@ -11,19 +11,19 @@ motion. One that ends at a scheduled pseudo-time has no next: if a face lands in
 counts what a turn of the motion leaves in full.
 
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
-has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at
-most GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry,
-over the body's extent. The strain by a load that changes is not known, a tool that turns may only roll, and a curved
-one dents what is beneath it: the first increment is then at most UNDRIVEN of the way to the next kink. Beneath a flat
-tool that turns, whose force and moment are not stationary in the direction of flow, as its power is, it ends where the
-body begins to yield, however long the way is. If flow begins in one, the next has at most BEGUN of its length.
-Increments as long as the yield strain have an error of the force of 1e-3 at first yield and of 1e-2 after a body has
-turned round, which decay soon. A first increment that passes first yield has the smallest error, up to 4e-4 in a metal,
-which the estimate does not contain. At accuracies below HALVED it carries on the flow of its own first half
-(:mod:`bipot.control.carrying`), which leaves a third of that and less, unless the estimate of how unevenly it strains
-the body is at most EVEN of the accuracy, and tools press and go along one line. One after a kink always does, if it
-passes yielding: there the error is up to 1e-2. Where a path ends or turns sooner, or the yield strain is so large that
-an increment may not be so long, many short ones follow yielding.
+has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at most
+GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry, over
+the body's extent, beyond what tools go through the air. The strain by a load that changes is not known, a tool that
+turns may only roll, and a curved one dents what is beneath it: the first increment is then at most UNDRIVEN of the way
+to the next kink. Beneath a flat tool that turns from rest, whose force and moment are not stationary in the direction
+of flow, as its power is, it ends where the body begins to yield, however long the way is. If flow begins in one, the
+next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of 1e-3 at first
+yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
+smallest error, up to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED it carries on the
+flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less, unless the estimate
+of how unevenly it strains the body is at most EVEN of the accuracy, and tools press and go along one line. One after a
+kink always does, if it passes yielding: there the error is up to 1e-2. Where a path ends or turns sooner, or the yield
+strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from bipot.response import State
 from bipot.system import System
 from bipot.tools.surfaces import Plane
 from bipot.typing import max_abs
-from bipot.yielding import YIELDING, flows, goes_one_way, strain_of, yielded_strain
+from bipot.yielding import YIELDING, flows, goes_one_way, strain_of, through_air, yielded_strain
 
 ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
@@ -173,9 +173,10 @@ class Pacer:
         if strained == 0:
             return most, 0.0
         far = yielded_strain(system, state.peeq if state.length > 0 else None)
-        if (whole.tools.turned[near & ~curved] != 0).any():
-            return max(min(far / YIELDING / strained * stretch, most), LEAST_LENGTH), 0.0
+        air = through_air(whole)
+        if state.length == 0 and (whole.tools.turned[near & ~curved] != 0).any():
+            return max(min(air + far / YIELDING / strained * stretch, most), LEAST_LENGTH), 0.0
         # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
         strain = min(max(least, far), GROWTH * least)
-        return max(min(strain / strained * stretch, most), LEAST_LENGTH), far / strained * stretch
+        return max(min(air + strain / strained * stretch, most), LEAST_LENGTH), air + far / strained * stretch
