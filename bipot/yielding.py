@@ -28,11 +28,12 @@ ROUND_OFF = 1e-6
 
 def is_past_yield(increment: Increment) -> bool:
     """Whether the increment ends so far from rest or the last kink that the body has long yielded there."""
-    if strain_of(increment) == 0:
+    strain = strain_of(increment)
+    if strain == 0:
         # Loads let a body yield bit by bit to the end.
         return not increment.loads.changes
     far = yielded_strain(increment.system, hardened(increment))
-    return _since_turn(increment, increment.tau) >= far * (1 - ROUND_OFF)
+    return _since_turn(increment, increment.tau, strain) >= far * (1 - ROUND_OFF)
 
 
 def follows_yield(increment: Increment) -> bool:
@@ -44,7 +45,8 @@ def follows_yield(increment: Increment) -> bool:
     peeq = hardened(increment)
     if peeq is not None and start.flow is not None:
         peeq = peeq - start.flow.peeq
-    return _since_turn(increment, start.tau) >= yielded_strain(increment.system, peeq) * (1 - ROUND_OFF)
+    far = yielded_strain(increment.system, peeq)
+    return _since_turn(increment, start.tau, strain_of(increment)) >= far * (1 - ROUND_OFF)
 
 
 def hardened(increment: Increment) -> Floats | None:
@@ -54,11 +56,14 @@ def hardened(increment: Increment) -> Floats | None:
     return start.peeq if turn > 0 else None
 
 
-def _since_turn(increment: Increment, tau: float) -> float:
-    """The strain from rest or the last kink to ``tau``, at the ``increment``'s rates; from rest beyond what is air."""
+def _since_turn(increment: Increment, tau: float, strain: float) -> float:
+    """The strain from rest or the last kink to ``tau``, at the rates of an ``increment`` with that ``strain``.
+
+    From rest it is that beyond what tools go through the air.
+    """
     begun = increment.start.tau
     turn, length = increment.paces.since_turn(begun, tau)
-    rate, system = strain_of(increment) / (increment.tau - begun), increment.system
+    rate, system = strain / (increment.tau - begun), increment.system
     touched = length if turn > 0 else max(length - _apart(increment, system.gaps_at_rest), 0.0)
     # A body that another march has left has flowed before, and is not at rest where the mesh is.
     left = vdot(system.parts, (increment.accepted or increment.start).peeq) > FLOWED * rate * touched
