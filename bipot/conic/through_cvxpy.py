@@ -14,7 +14,7 @@ import numpy as np
 from bipot.basics.undisturbed import undisturbed
 from bipot.conic.problem import Claim, Cone, ConicProgram, ConicSolution, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
-from bipot.errors import ProgramError, require, require_type
+from bipot.errors import StalledProgram, require, require_type
 from bipot.typing import Floats
 
 if TYPE_CHECKING:
@@ -159,7 +159,7 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
     """Solve through cvxpy; values and duals are then in the statement's variables.
 
     Raises:
-        InfeasibleProgram, UnboundedProgram, ProgramError: by the solver's status.
+        InfeasibleProgram, UnboundedProgram, StalledProgram, ProgramError: by the solver's status.
     """
     import cvxpy as cp
 
@@ -172,8 +172,8 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
             with undisturbed():
                 stated.problem.solve(solver=name, warm_start=False, **OPTIONS.get(name, lambda a: {})(accuracy))
         except cp.SolverError as broken:
-            # cvxpy raises where the solver stops without an answer: a failed attempt like any other.
-            raise ProgramError(f"conic solver stopped without an answer ({broken}): refine the increment") from broken
+            # cvxpy raises where the solver came no nearer; at a limit of time or iterations it says so.
+            raise StalledProgram(f"conic solver stopped without an answer ({broken}): refine the increment") from broken
     total = time.perf_counter() - started
     status, stats = stated.problem.status, stated.problem.solver_stats
     # An inaccurate claim proves nothing, and cvxpy keeps no certificate that could be checked.
