@@ -171,8 +171,7 @@ def solve_increment(
     for number in range(1, limits.passes + 1):
         began, given = time.process_time(), (iterate, r, state)
         step, state = form.step(*given)
-        # A form that is not the library's own is not trusted with the body's response.
-        iterate, r = step.iterate if type(form) in OWN else increment.at(step.iterate.x), step.r
+        iterate, r = (step.iterate, step.r) if type(form) in OWN else _unsaid(increment, step)
         iterations, timing = iterations + step.iterations, timing + step.timing
         almost += step.outcome is Claim.ALMOST
         examined = Examined(iterate, r, largest, limits.bounds)
@@ -197,6 +196,15 @@ def solve_increment(
         if leave is not None and leave(Near(iterate, r), step.error):
             raise LeftOff(Near(iterate, r))
     raise watch.failure(f"{limits.passes} passes left")
+
+
+def _unsaid(increment: Increment, step: Step) -> tuple[Iterate, Floats]:
+    """Iterate and contact forces (c, d) of a form that is not the library's own.
+
+    It is not trusted with the body's response, nor with friction that nothing tells, which no measure would see.
+    """
+    iterate = increment.at(step.iterate.x)
+    return iterate, np.where(iterate.rows.told, step.r, 0.0)
 
 
 def _first(increment: Increment, limits: Limits, cache: Cache, near_to: Near | None) -> tuple[Iterate, Floats]:

@@ -13,6 +13,7 @@ from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Penalty, Step, Tangent, Uzawa
+from bipot.forms.newton import Memory
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.hardening import Linear, Perfect, Tabulated
@@ -240,6 +241,31 @@ def test_what_a_form_says_of_the_body_is_not_believed():
     """Internal forces of zero balanced contact forces of zero, under a punch."""
     with pytest.raises(IncrementFailed, match="times its bound"):
         next(march(upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2), Control(Liar(), (), cuts=0)))
+
+
+@dataclass(frozen=True)
+class Rubber:
+    """A form that adds friction where supports hold what would slip: no unknown feels it."""
+
+    name: ClassVar[FormName] = FormName.NEWTON
+
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
+        return Newton().init(iterate, r, cache)
+
+    def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:
+        step, state = Newton().step(iterate, r, state)
+        r = step.r.copy()
+        r[~step.iterate.rows.rubs, 1] += 0.09 * r[~step.iterate.rows.rubs, 0]
+        return replace(step, r=r), state
+
+
+def test_friction_that_no_unknown_feels_is_not_believed():
+    """It was part of the punch's force."""
+    wall = Support("left", 0)
+    scene, schedule = pressed(Support("base", 1), wall, punch=replace(PUNCH, travel=(0.0, -0.1))), Schedule(2)
+    (first, _), (own, _) = (list(march(scene, schedule, Control(form, ()))) for form in (Newton(), Rubber()))
+    assert (~first.solved.iterate.rows.rubs & (first.solved.r[:, 0] > 0)).any()
+    np.testing.assert_allclose(own.tool_forces, first.tool_forces, rtol=1e-9)
 
 
 @pytest.mark.parametrize("form", [Tangent(), Dissipation(), Newton()], ids=lambda form: form.name.value)

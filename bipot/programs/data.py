@@ -148,6 +148,16 @@ class ContactRows:
         return out
 
     @cached_property
+    def told(self) -> Bools:
+        """Components (c, d) of contact forces of which unknowns or the law of friction tell something; others are none.
+
+        Unlike all others, friction between a tool and a support that it slips along is told by the law alone.
+        """
+        out = np.ones((self.count, 1 + self.tangents), dtype=bool)
+        out[~self.rubs, 1:] = False
+        return out & ~self.idle
+
+    @cached_property
     def _held(self) -> Bools:
         """Slips (f, d-1) that no unknown moves."""
         lines = np.repeat(np.arange(self.slip.size), np.diff(self.G_t.indptr))
