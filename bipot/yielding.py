@@ -5,9 +5,11 @@ Kinks are those at which the path turns, not changes of pace (:mod:`bipot.scene.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from bipot.contact.closeness import touches
+from bipot.contact.closeness import touches, until_closed
 from bipot.fem.reduction import Geometry
 from bipot.iterate import Increment, Iterate
 from bipot.system import System
@@ -82,12 +84,12 @@ def _apart(increment: Increment, gap: Floats) -> float:
     """
     start, tools, contacts = increment.start, increment.tools, increment.system.candidates
     moves = (tools.travel.any(axis=1) | (tools.turned != 0))[contacts.tool]
-    apart, closing = gap[moves], (start.gap - increment.rows.gap)[moves]
-    comes = closing > 0
     strained = bool(tools.driven.any()) or increment.loads.changes
-    if strained or touches(apart, contacts.scene.size).any() or not comes.any():
+    if strained or touches(gap[moves], contacts.scene.size).any():
         return 0.0
-    return float((apart[comes] / closing[comes]).min()) * (increment.tau - start.tau)
+    rate = (increment.rows.gap - start.gap) / (increment.tau - start.tau)
+    wait = until_closed(gap[moves], rate[moves])
+    return wait if math.isfinite(wait) else 0.0
 
 
 def flows(iterate: Iterate) -> bool:

@@ -24,8 +24,8 @@ from bipot.errors import (
 from bipot.typing import make_floats
 
 LESS = 1e-8
-"""Tolerance to which almost every program is solved. On the way to a finer one the last iterations of interior points
-may lose what the ones before had found, by some orders of magnitude."""
+"""Tolerance asked of a solver that stalls on the way to a finer one: the last iterations of interior points may lose
+what the ones before had found."""
 
 Handle = Any
 """Data that a solver keeps of its last program and receives with the next; known to the solver only."""

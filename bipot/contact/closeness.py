@@ -69,3 +69,13 @@ def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
     """
     gap = rows.gap + rows.G_n @ x
     return (gap <= max(NEAR * length, float(gap.min(initial=np.inf)))) | rows.tied
+
+
+def until_closed(gap: Floats, rate: Floats) -> float:
+    """How long it takes at these rates until the first of the gaps closes; inf if none closes.
+
+    >>> until_closed(np.array([1.0, 2.0, 0.5]), np.array([-1.0, -4.0, 0.0]))
+    0.5
+    """
+    closing = rate < 0
+    return float(np.min(gap[closing] / -rate[closing], initial=np.inf))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.contact.closeness import newly_closed
+from bipot.contact.closeness import newly_closed, until_closed
 from bipot.control.carrying import Attempt
 from bipot.errors import require, require_count
 from bipot.increment import Solved
@@ -79,7 +79,7 @@ def locate(
     low, high = state.tau + how.margin * length, tau
     last, gap, rate = state.tau, state.gap, _expected_rate(increment)
     for _ in range(how.solves if landed.size else 0):
-        end = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
+        end = max(low, last + until_closed(gap[landed] - none / 2, rate[landed]))
         if end >= high:
             # Where the expected rate overshoots the event is often late; where a secant does, bisection is safe.
             end = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
@@ -106,9 +106,3 @@ def _expected_rate(increment: Increment) -> Floats:
     rows, start = increment.rows, increment.start
     body = rows.G_n @ increment.system.body.space.gather(increment.past.rates)
     return body + (rows.gap - start.gap) / (increment.tau - start.tau)
-
-
-def _first(gap: Floats, rate: Floats) -> float:
-    """How long it takes at these rates until the first of the gaps closes; inf if none closes."""
-    closing = rate < 0
-    return float(np.min(gap[closing] / -rate[closing], initial=np.inf))

@@ -85,6 +85,11 @@ class Kinematics(Gradients):
     straining: Projector | None = None
     half: Floats | None = None
 
+    @cached_property
+    def projector(self) -> Projector | None:
+        """That of the strain where nothing moves."""
+        return super().projector if self.moves else self.straining
+
     @property
     def divergence(self) -> Floats:
         """Volume change (e, q) of the points before projection."""
