@@ -24,9 +24,9 @@ from bipot.typing import Floats, einsum, max_abs
 class Rigidity:
     """Scales of the body at rest, by which forces and motions are compared.
 
-    ``nodal`` (a,) is the elastic stiffness of nodes, their largest diagonal entry; ``contact`` (c,) that at the
-    contacts and ``tools`` (m,) its sums over the contacts of driven tools. ``lever`` is the largest nodal sum of
-    w sum_j |N,j| and ``gradient`` the largest sum of |N,j| at a point.
+    ``nodal`` (a,) is the elastic stiffness K_a of nodes, their largest diagonal entry; ``contact`` (c,) that of
+    contacts with weights D_ca, 1/sum_a D_ca^2/K_a, and ``tools`` (m,) its sums over the contacts of driven tools.
+    ``lever`` is the largest nodal sum of w sum_j |N,j| and ``gradient`` the largest sum of |N,j| at a point.
     """
 
     nodal: Floats
@@ -119,10 +119,11 @@ class System:
         slopes = np.abs(placed.shape).sum(axis=2)
         levers = einsum("eq,eqa->ea", placed.volume, slopes)
         nodal = body.space.nodal(diagonal).max(axis=1)
+        contact = 1 / np.asarray(self.candidates.means.weights.power(2) @ (1 / nodal))
         return Rigidity(
             nodal=nodal,
-            contact=nodal[self.candidates.node],
-            tools=self.candidates.driven_sums(nodal[self.candidates.node]),
+            contact=contact,
+            tools=self.candidates.driven_sums(contact),
             lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
             gradient=float(slopes.sum(axis=2).max()),
         )
