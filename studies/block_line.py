@@ -19,6 +19,8 @@ edge's own they hold nothing of it. Of consistent pressures that alternate by a 
     inner = 3 sqrt(mean_i A_i^2) / p_mean,      2 <= i <= m - 3,
 
 where contact is posed at nodes; where in means, pressures are multipliers, of which the factor is 1.
+
+``written`` is measured as ``line`` in the pressures r_i/A_i that results write, the edge's included.
 """
 
 from __future__ import annotations
@@ -64,6 +66,11 @@ def inner(system: System, accepted: Accepted) -> float:
     return max(factor * _rms(alternation_of(along[:-1])) for along in profiles(system, accepted, tractions))
 
 
+def written(system: System, accepted: Accepted) -> float:
+    """The larger ``written`` of the two midlines; NaN as :func:`line`."""
+    return max(_rms(alternation_of(along)) for along in profiles(system, accepted, tractions))
+
+
 def edge(system: System, accepted: Accepted) -> float:
     """The larger nodal pressure at the edge, over the mean; NaN where nothing carries."""
     return max(float(along[-1]) if along.size else np.nan for along in profiles(system, accepted, tractions))
@@ -104,4 +111,5 @@ LINE = Column("line", "alternation of the pressure along midlines over its mean,
 CORNER = Column("corner", "that of the pressure next to the edge alone, the larger; nan if short", corner)
 INNER = Column("inner", "alternation of nodal pressures without the edge's over their mean, the larger", inner)
 EDGE = Column("edge", "nodal pressure at the edge over the mean, the larger of the midlines", edge)
-COLUMNS = (LINE, CORNER, INNER, EDGE)
+WRITTEN = Column("written", "as line, of the pressure that results write, the larger; nan if short", written)
+COLUMNS = (LINE, CORNER, INNER, EDGE, WRITTEN)

@@ -15,7 +15,7 @@ from bipot.meshes.layout import Layout
 from bipot.results import open as open_results
 from bipot.traction import tractions
 from studies import block
-from studies.block_line import corner, edge, inner, line
+from studies.block_line import corner, edge, inner, line, written
 from studies.corner import alternation
 from studies.recovered import consistent_tractions
 
@@ -55,6 +55,7 @@ def test_nothing_alternates_in_a_uniform_pressure():
     system, accepted = pressed(8)
     assert line(system, accepted) < 1e-6
     assert inner(system, accepted) < 1e-6
+    assert written(system, accepted) < 1e-6
     assert edge(system, accepted) == pytest.approx(1.0, rel=1e-6)
 
 
@@ -64,6 +65,7 @@ def test_the_alternation_is_the_amplitude_of_an_alternating_pressure():
     assert corner(system, given) == pytest.approx(0.5 / mean)
     assert line(system, given) == pytest.approx(0.5 / mean)
     assert inner(system, given) == pytest.approx(0.5 / mean)
+    assert written(system, given) == pytest.approx(0.5 / 3 / mean)
 
 
 @pytest.mark.parametrize("t", [2.0, 3.0])

@@ -29,7 +29,7 @@ def test_a_run_has_the_cylinder_s_files_and_columns_and_the_alternation(rubbed):
     names = [column.name for column in history_columns(0.1)]
     for name in ("mu0.1", "mu0.3"):
         history = open_results(rubbed / name)
-        assert list(history.columns) == [*names, "line", "corner", "inner", "edge"]
+        assert list(history.columns) == [*names, "line", "corner", "inner", "edge", "written"]
         assert history.complete
         assert history["reduction"][-1] == 0.1
         assert set(history["form"]) == {"newton"}
@@ -37,7 +37,7 @@ def test_a_run_has_the_cylinder_s_files_and_columns_and_the_alternation(rubbed):
         assert (history["overlap"] < 1e-8).all()
         assert (rubbed / name / "tools.vtkhdf").exists()
         assert len(list((rubbed / name / "fclib").iterdir())) == len(history)
-    for short in ("line", "corner", "inner"):
+    for short in ("line", "corner", "inner", "written"):
         assert np.isnan(history[short]).all()
     assert (history["edge"] > 1).all()
 

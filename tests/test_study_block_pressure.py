@@ -45,4 +45,5 @@ def test_the_kept_table_has_every_run_of_the_plan():
     assert list(rows) == Plan().keys()
     ended = {at: row.reached == pytest.approx(0.3) for at, row in rows.items()}
     assert [at for at, ends in ended.items() if not ends] == [(0.3, "tensor", 12)]
+    assert max(row.largest_written for row in rows.values()) < 0.05
     assert max(row.largest_inner for row in rows.values() if row.layout == "fanned" and row.elements > 4) < 0.03

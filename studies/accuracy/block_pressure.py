@@ -3,7 +3,7 @@ r"""Pressure on the upper face of the upset cube, mesh by mesh and in both layou
     python -m studies.accuracy.block_pressure [--fast] [--resume | --overwrite] [--out DIR]
 
 The study's eighth of a cube in H8/P0, by ``newton`` alone, in increments of 1 % after the start-up, towards 30 %.
-``DIR/block_pressure.csv`` has a row a run: the reduction it ``reached``; ``line``, ``edge`` and ``inner``
+``DIR/block_pressure.csv`` has a row a run: the reduction it ``reached``; ``line``, ``edge``, ``inner`` and ``written``
 (:mod:`studies.block_line`) where it ended; the largest of each from :data:`ONSET` on, with the reduction ``at`` which
 ``line`` was largest; the least Jacobian over its mean, passes an increment and seconds. A run ends early where an
 element folds.
@@ -24,13 +24,13 @@ from bipot.results.columns import MIN_JACOBIAN
 from bipot.typing import Floats
 from studies.accuracy.alone import CUTS
 from studies.block import Block, cases, parser
-from studies.block_line import edge, inner, line
+from studies.block_line import edge, inner, line, written
 from studies.command import command, progressing, say
 from studies.outputs import opened, parser_of
 
 NAME = "block_pressure"
 REDUCTION, ONSET = 0.3, 0.02
-MEASURES = (line, edge, inner)
+MEASURES = (line, edge, inner, written)
 
 Key = tuple[float, str, int]
 
@@ -63,10 +63,12 @@ class Row:
     line: float
     edge: float
     inner: float
+    written: float
     largest_line: float
     at: float
     largest_edge: float
     largest_inner: float
+    largest_written: float
     min_jacobian: float
     passes_an_increment: float
     cuts: int
@@ -100,7 +102,7 @@ def run(mu: float, layout: str, elements: int) -> Row:
             raise
     at, *measures = np.array(found).T
     late = at >= ONSET
-    line_, edge_, inner_ = (_largest(one[late]) for one in measures)
+    line_, edge_, inner_, written_ = (_largest(one[late]) for one in measures)
     return Row(
         mu=mu,
         layout=layout,
@@ -109,10 +111,12 @@ def run(mu: float, layout: str, elements: int) -> Row:
         line=float(measures[0][-1]),
         edge=float(measures[1][-1]),
         inner=float(measures[2][-1]),
+        written=float(measures[3][-1]),
         largest_line=line_,
         at=float(at[late][measures[0][late] == line_].min(initial=np.inf)),
         largest_edge=edge_,
         largest_inner=inner_,
+        largest_written=written_,
         min_jacobian=jacobian,
         passes_an_increment=passes / len(found),
         cuts=cuts,

@@ -120,18 +120,20 @@ def of_rolling(results: Path) -> Lines:
 
 def of_block_pressure(results: Path) -> Lines:
     """Pressure on the upper face of the cube: where runs end, and the largest values on the way."""
-    head = ["mu", "layout", "a side", "reached", "line", "edge", "inner", "largest line", "largest edge"]
-    head += ["largest inner", "least Jacobian", "passes an increment"]
+    head = ["mu", "layout", "a side", "reached", "line", "edge", "inner", "written"]
+    head += [f"largest {name}" for name in head[4:]]
+    head += ["least Jacobian", "passes an increment"]
     lines = [
         [
             f"{row.mu:g}",
             row.layout,
             str(row.elements),
             f"{100 * row.reached:.1f} %",
-            *map(_three, (row.line, row.edge, row.inner)),
+            *map(_three, (row.line, row.edge, row.inner, row.written)),
             f"{_three(row.largest_line)} at {100 * row.at:.0f} %",
+            *map(_three, (row.largest_edge, row.largest_inner, row.largest_written)),
             # Zero to round-off where the corner lies down on the platen.
-            *map(_three, (row.largest_edge, row.largest_inner, round(row.min_jacobian, 9) + 0.0)),
+            _three(round(row.min_jacobian, 9) + 0.0),
             f"{row.passes_an_increment:.1f}",
         ]
         for row in read_rows(results / f"{block_pressure.NAME}.csv", block_pressure.Row)

@@ -211,6 +211,7 @@ QUOTED = Quoted(
             f"inner_{layout}": lambda results, layout=layout: digits(max(_cube(results, "largest_inner", layout)))
             for layout in LAYOUTS
         },
+        "written": lambda results: digits(max(results.column(CUBE, "largest_written"))),
         **{
             f"mean_square_{name}": lambda results, name=name: percent(_mean_square(results, name, 20.0))
             for name in ("q8", "q8p1", "q9p1")
