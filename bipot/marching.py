@@ -118,148 +118,152 @@ def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[
         course = course.scheduled()
     for target in times:
         while course.state.tau < target * (1 - ROUND_OFF):
-            accepted = _next(shared, course, target)
+            accepted = _Next(shared, course, target).accepted()
             yield accepted
             course = accepted.course
 
 
-def _next(shared: Shared, course: Course, target: float) -> Accepted:
-    """The next increment on the way to the scheduled ``target``."""
-    began = time.perf_counter()
-    shared.cache.begin(Pace(course.before, shared.control.predicts))
-    found = _located(shared, course, _accurate(shared, course, target), target)
-    solved, reasons = found.solved, found.reasons
-    if solved.almost:
-        words = f"{solved.almost} passes almost solved, certificate re-checked"
-        reasons += (Reason(ReasonKind.ALMOST, words, measures={"passes": solved.almost}),)
-    return Accepted(
-        start=course.state,
-        course=_after(shared, course, found, target),
-        solved=solved,
-        tool_forces=solved.iterate.tool_forces(solved.r),
-        form=found.attempt.form,
-        passes=found.passes,
-        cuts=found.cuts,
-        reasons=reasons,
-        seconds=time.perf_counter() - began,
-        landed=None if found.landing is None else found.landing.node,
-        strayed=found.cuts > 0 or found.attempt.strayed,
-    )
+@dataclass(frozen=True)
+class _Next:
+    """The next increment of a ``course``, on the way to the scheduled ``target``."""
 
+    shared: Shared
+    course: Course
+    target: float
 
-def _accurate(shared: Shared, course: Course, target: float) -> Found:
-    """The next increment, solved again and shorter while its estimated error is too far above the accuracy.
+    def accepted(self) -> Accepted:
+        """Solve it."""
+        began = time.perf_counter()
+        self.shared.cache.begin(Pace(self.course.before, self.shared.control.predicts))
+        found = self._located(self._accurate())
+        solved, reasons = found.solved, found.reasons
+        if solved.almost:
+            words = f"{solved.almost} passes almost solved, certificate re-checked"
+            reasons += (Reason(ReasonKind.ALMOST, words, measures={"passes": solved.almost}),)
+        return Accepted(
+            start=self.course.state,
+            course=self._after(found),
+            solved=solved,
+            tool_forces=solved.iterate.tool_forces(solved.r),
+            form=found.attempt.form,
+            passes=found.passes,
+            cuts=found.cuts,
+            reasons=reasons,
+            seconds=time.perf_counter() - began,
+            landed=None if found.landing is None else found.landing.node,
+            strayed=found.cuts > 0 or found.attempt.strayed,
+        )
 
-    Half as long, too, if it ends at the ``target`` and a face lands in it: the next one shows what that has turned.
-    """
-    found, pacer = _estimated(shared, course, _halved(shared, course, target), target), shared.pacer
-    if pacer is None:
+    def _accurate(self) -> Found:
+        """The next increment, solved again and shorter while its estimated error is too far above the accuracy.
+
+        Half as long, too, if it ends at the ``target`` and a face lands in it: the next one shows what that has turned.
+        """
+        found, pacer, began = self._estimated(self._halved()), self.shared.pacer, self.course.state.tau
+        if pacer is None:
+            return found
+        for _ in range(TRIES):
+            if not pacer.refuses(found.estimate):
+                break
+            before, air = found.estimate, through_air(found.increment)
+            shorter = air + pacer.next(found.increment.tau - began - air, before)
+            found = self._again(found, shorter, f"error estimated at {before:.2g}")
+            if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
+                break
+        if pacer.ends(found.increment, self.target) and lands_a_face(found.solved):
+            shorter = (found.increment.tau - began) / 2
+            return self._again(found, shorter, "a face lands before the end")
         return found
-    for _ in range(TRIES):
-        if not pacer.refuses(found.estimate):
-            break
-        before, air = found.estimate, through_air(found.increment)
-        shorter = air + pacer.next(found.increment.tau - course.state.tau - air, before)
-        found = _again(shared, course, target, found, shorter, f"error estimated at {before:.2g}")
-        if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
-            break
-    if pacer.ends(found.increment, target) and lands_a_face(found.solved):
-        shorter = (found.increment.tau - course.state.tau) / 2
-        return _again(shared, course, target, found, shorter, "a face lands before the end")
-    return found
 
+    def _again(self, refused: Found, length: float, why: str) -> Found:
+        """The increment of that ``length``, after one that was ``refused``."""
+        found = replace(self, course=replace(self.course, size=length, uncut=length))._halved()
+        measures = {"estimate": refused.estimate, "tau": refused.increment.tau}
+        shortened = Reason(ReasonKind.ACCURACY, f"shortened: {why}", measures=measures)
+        reasons = (*refused.reasons, shortened, *found.reasons)
+        passes, cuts = refused.passes + found.passes, refused.cuts + found.cuts
+        return self._estimated(found._replace(passes=passes, cuts=cuts, reasons=reasons))
 
-def _again(shared: Shared, course: Course, target: float, refused: Found, length: float, why: str) -> Found:
-    """The increment of that ``length``, after one that was ``refused``."""
-    found = _halved(shared, replace(course, size=length, uncut=length), target)
-    measures = {"estimate": refused.estimate, "tau": refused.increment.tau}
-    shortened = Reason(ReasonKind.ACCURACY, f"shortened: {why}", measures=measures)
-    reasons = (*refused.reasons, shortened, *found.reasons)
-    passes, cuts = refused.passes + found.passes, refused.cuts + found.cuts
-    return _estimated(shared, course, found._replace(passes=passes, cuts=cuts, reasons=reasons), target)
+    def _estimated(self, found: Found) -> Found:
+        """The increment found, with the estimate of its error if that is to choose the next length."""
+        if self.shared.pacer is None:
+            return found
+        last = self.shared.pacer.ends(found.solved.iterate.increment, self.target)
+        return found._replace(estimate=error_estimate(self.course.state, found.solved, last))
 
+    def _halved(self) -> Found:
+        """The increment, of the course's length or less, halved until an attempt solves it, if a form suits the scene.
 
-def _estimated(shared: Shared, course: Course, found: Found, target: float) -> Found:
-    """The increment found, with the estimate of its error if that is to choose the next length."""
-    if shared.pacer is None:
+        If none does, the attempts that were spared a program are repeated with it.
+        """
+        shared, state, target, (size, uncut) = self.shared, self.course.state, self.target, self._length()
+        # Half of an increment of one spacing of pseudo-times would be none, or all of it again.
+        least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
+        # Halvings count from the scheduled length: from the last one that was solved they would go on without end.
+        halvable = 2 * least * (1 - 1e-9)
+        # A program is spared only where the length is free: scheduled increments are kept if any form solves them.
+        spared = math.inf if shared.pacer is None else max(uncut / 2**shared.control.spared * (1 + 1e-9), halvable)
+        halving = Halving(lambda part, *options: shared.attempt(part, self.course.largest, *options), uncut)
+        while True:
+            # The target itself, not a sum that round-off moves.
+            tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
+            increment = Increment(shared.system, state, tau)
+            length = tau - state.tau
+            tried = halving.tried(increment, sparing=length >= spared, halves=length >= halvable)
+            if isinstance(tried, Found):
+                return tried
+            if length < halvable or tried.unsuited:
+                break
+            halving.cut(tau)
+            size = length / 2
+        if (found := halving.unspared()) is None:
+            ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
+            raise given_up(increment, tried, halving.cuts, shared.cache.pace, ahead)
         return found
-    last = shared.pacer.ends(found.solved.iterate.increment, target)
-    return found._replace(estimate=error_estimate(course.state, found.solved, last))
 
+    def _length(self) -> tuple[float, float]:
+        """The length of the next increment towards the target, and that from which its halvings are counted."""
+        course, shared = self.course, self.shared
+        if not math.isnan(course.size):
+            return course.size, course.uncut
+        length = self.target - course.state.tau
+        if shared.pacer is not None:
+            length = shared.pacer.length(shared.system, course.state, course.proposed, self.target)
+        return length, length
 
-def _halved(shared: Shared, course: Course, target: float) -> Found:
-    """The next increment, of the course's length or less, halved until an attempt solves it, if a form suits the scene.
+    def _located(self, found: Found) -> Found:
+        """The increment found, cut to its first landing if landings are to be located."""
+        asked = self.shared.control.locate
+        if asked is None:
+            return found
+        solve = partial(self.shared.attempt, largest=self.course.largest)
+        landing, spent = locate(found.increment, found.solved, solve, asked, self.course.landed)
+        found = found._replace(passes=found.passes + spent)
+        if landing is None:
+            return found
+        words = f"cut to the landing of node {landing.node} at tau = {landing.tau:.6g}"
+        landed = Reason(ReasonKind.LANDING, words, measures={"node": landing.node, "tau": landing.tau})
+        reasons = (*found.reasons, *landing.attempt.failures, landed)
+        found = found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
+        return self._estimated(found)
 
-    If none does, the attempts that were spared a program are repeated with it.
-    """
-    state, (size, uncut) = course.state, _length(shared, course, target)
-    # Half of an increment of one spacing of pseudo-times would be none, or all of it again.
-    least = max(uncut / 2**shared.control.cuts, DIGITS * math.ulp(state.tau))
-    # Halvings count from the scheduled length: from the last one that was solved they would go on without end.
-    halvable = 2 * least * (1 - 1e-9)
-    # A program is spared only where the length is free: scheduled increments are kept if any form solves them.
-    spared = math.inf if shared.pacer is None else max(uncut / 2**shared.control.spared * (1 + 1e-9), halvable)
-    halving = Halving(lambda part, *options: shared.attempt(part, course.largest, *options), uncut)
-    while True:
-        # The target itself, not a sum that round-off moves.
-        tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
-        increment = Increment(shared.system, state, tau)
-        length = tau - state.tau
-        tried = halving.tried(increment, sparing=length >= spared, halves=length >= halvable)
-        if isinstance(tried, Found):
-            return tried
-        if length < halvable or tried.unsuited:
-            break
-        halving.cut(tau)
-        size = length / 2
-    if (found := halving.unspared()) is None:
-        ahead = tau if shared.pacer is None else max(tau, min(target, state.tau + AHEAD))
-        raise given_up(increment, tried, halving.cuts, shared.cache.pace, ahead)
-    return found
-
-
-def _length(shared: Shared, course: Course, target: float) -> tuple[float, float]:
-    """The length of the next increment towards ``target``, and that from which its halvings are counted."""
-    if not math.isnan(course.size):
-        return course.size, course.uncut
-    if shared.pacer is None:
-        return target - course.state.tau, target - course.state.tau
-    length = shared.pacer.length(shared.system, course.state, course.proposed, target)
-    return length, length
-
-
-def _located(shared: Shared, course: Course, found: Found, target: float) -> Found:
-    """The increment found, cut to its first landing if landings are to be located."""
-    if shared.control.locate is None:
-        return found
-    solve = partial(shared.attempt, largest=course.largest)
-    landing, spent = locate(found.increment, found.solved, solve, shared.control.locate, course.landed)
-    found = found._replace(passes=found.passes + spent)
-    if landing is None:
-        return found
-    words = f"cut to the landing of node {landing.node} at tau = {landing.tau:.6g}"
-    landed = Reason(ReasonKind.LANDING, words, measures={"node": landing.node, "tau": landing.tau})
-    reasons = (*found.reasons, *landing.attempt.failures, landed)
-    found = found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
-    return _estimated(shared, course, found, target)
-
-
-def _after(shared: Shared, course: Course, found: Found, target: float) -> Course:
-    """The course after the increment ``found``, which ends at the ``target`` or on the way to it."""
-    length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
-    if shared.pacer is not None:
-        begun = begins_flow(course.state, found.solved)
-        strained = length - through_air(found.solved.iterate.increment)
-        proposed = shared.pacer.next(strained or length, found.estimate, found.attempt.passes, begun)
-    after = course.after(found.solved, proposed)
-    tau, landed = after.state.tau, course.landed.copy()
-    # If an increment by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.
-    anew = length >= found.uncut * (1 - 1e-9) or proposed < length
-    if tau == target or (shared.pacer is not None and found.landing is None and anew):
-        return after
-    if found.landing is None:
-        longer = 2 * length if math.isnan(proposed) else proposed
-        return replace(after, size=min(longer, target - tau), uncut=found.uncut, landed=landed)
-    landed[found.landing.candidate] = True
-    rest = found.increment.tau - tau
-    return replace(after, size=rest, uncut=rest, landed=landed)
+    def _after(self, found: Found) -> Course:
+        """The course after the increment ``found``, which ends at the target or on the way to it."""
+        course, pacer, target = self.course, self.shared.pacer, self.target
+        length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
+        if pacer is not None:
+            begun = begins_flow(course.state, found.solved)
+            strained = length - through_air(found.solved.iterate.increment)
+            proposed = pacer.next(strained or length, found.estimate, found.attempt.passes, begun)
+        after = course.after(found.solved, proposed)
+        tau, landed = after.state.tau, course.landed.copy()
+        # If one by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.
+        anew = length >= found.uncut * (1 - 1e-9) or proposed < length
+        if tau == target or (pacer is not None and found.landing is None and anew):
+            return after
+        if found.landing is None:
+            longer = 2 * length if math.isnan(proposed) else proposed
+            return replace(after, size=min(longer, target - tau), uncut=found.uncut, landed=landed)
+        landed[found.landing.candidate] = True
+        rest = found.increment.tau - tau
+        return replace(after, size=rest, uncut=rest, landed=landed)
