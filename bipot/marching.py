@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from bipot.control.accepted import Accepted
+from bipot.control.attempt import Attempt
 from bipot.control.attempting import attempt_increment
-from bipot.control.carrying import Attempt
 from bipot.control.control import Control
 from bipot.control.course import Course
 from bipot.control.estimate import error_estimate

@@ -9,7 +9,8 @@ import pytest
 from bipot import Newton, upsetting
 from bipot.certificate import Bounds
 from bipot.control import carried, carrying
-from bipot.control.carrying import Attempt, carry_on
+from bipot.control.attempt import Attempt
+from bipot.control.carrying import carry_on
 from bipot.control.reason import Reason, ReasonKind
 from bipot.forms import Cache
 from bipot.increment import LeftOff, Limits, solve_increment

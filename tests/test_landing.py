@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot.control.carrying import Attempt
+from bipot.control.attempt import Attempt
 from bipot.control.landing import Locate, locate
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.control.carrying import Attempt, Even, Halves, carry_on
+from bipot.control.attempt import Attempt, Even, Halves
+from bipot.control.carrying import carry_on
 from bipot.control.control import Control
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm

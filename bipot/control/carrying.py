@@ -43,20 +43,18 @@ that of friction (:mod:`bipot.control.attempting`), before an increment is accep
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from bipot.control.attempt import Attempt, Even, Halves, Objection, Solve, joined
 from bipot.control.carried import CarriedFlow, Flowed
 from bipot.control.reason import Reason, ReasonKind
-from bipot.errors import InvertedElement, NotConverged, UnsuitedForm
-from bipot.forms import FormName
-from bipot.increment import Leave, Near, Solved
+from bipot.errors import InvertedElement, NotConverged
+from bipot.increment import Near, Solved
 from bipot.iterate import Increment
-from bipot.response import State
 from bipot.system import System
 from bipot.tensors import equivalent_stress
 from bipot.typing import Floats
@@ -82,61 +80,6 @@ SEEN = 0.5
 """Up to this error an iterate shows how unevenly a body is strained: somewhat too little."""
 
 
-class Attempt(NamedTuple):
-    """The result of one attempt at an increment: the solution or None, the form, passes spent, why forms failed.
-
-    ``last`` is the failure of the last form whose solution was inadmissible, or else of the last form tried, which says
-    less. ``strayed`` says whether a suited form failed, ``spared`` whether a form was left out, and ``refused`` whether
-    the attempt ended early because the remaining forms would find the same inadmissible solution. ``left`` is the
-    iterate at which the increment was left unsolved because the flow does not continue as it was carried on.
-    """
-
-    solved: Solved | None
-    form: FormName
-    passes: int
-    failures: tuple[Reason, ...]
-    last: Exception | None = None
-    strayed: bool = False
-    left: Near | None = None
-    spared: bool = False
-    refused: bool = False
-
-    @property
-    def unsuited(self) -> bool:
-        """Whether no form suits the scene, so that a shorter increment would not help."""
-        return isinstance(self.last, UnsuitedForm) and not self.strayed
-
-    def failed(self, why: Reason) -> Attempt:
-        """The same attempt with one more failure."""
-        return self._replace(failures=(*self.failures, why))
-
-
-Solve = Callable[[State, Near | None, Leave | None], Attempt]
-"""``solve(begun, near_to, leave)`` attempts the increment from the state ``begun``, after the flow carried on.
-
-The iteration starts at ``near_to``; for this and ``leave`` see :func:`bipot.increment.solve_increment`."""
-
-
-Even = Callable[[Near], bool]
-"""Says whether an increment by backward Euler strains the body so evenly that it needs no halves."""
-
-
-class Halves(NamedTuple):
-    """An increment in halves: ``first(near_to)`` attempts its first ``half``, ``whole`` the rest with the flow of that.
-
-    One from rest that is ``even`` is not halved.
-    """
-
-    half: Increment
-    first: Callable[[Near | None], Attempt]
-    whole: Solve
-    even: Even
-
-
-Objection = Callable[[Solved], Reason | None]
-"""Says why a solution is not accepted; None if it is accepted."""
-
-
 def carry_on(
     increment: Increment,
     solve: Solve,
@@ -149,61 +92,112 @@ def carry_on(
     One without a last flow, or in which that does not continue because the path turns, is solved in ``halves``, if they
     are given and, from rest, backward Euler is not even. The attempt returned has the passes and the failures of all.
     """
-    system, state, tried = increment.system, increment.start, list[Attempt]()
-    why: Reason | None = None
+    return _Carrying(increment, solve, refused, halves).settled(CarriedFlow.guess(increment) if second else None)
+
+
+class _Going(NamedTuple):
+    """The flow to be ``carried`` next, by what solver of an increment, from what start."""
+
+    carried: CarriedFlow
+    onwards: Solve
     near: Near | None = None
-    carried = CarriedFlow.guess(increment) if second else None
-    # Rates change where the path turns, and a body whose motion reverses is elastic at first: the last flow misleads.
-    unknown = increment.past.turns
-    onwards = solve
-    if carried is None and halves is not None:
+
+
+@dataclass
+class _Carrying:
+    """The attempts ``tried`` at an increment; the other fields are the arguments of :func:`carry_on`.
+
+    Its methods append attempts and say how to go on, None where the last attempt stands.
+    """
+
+    increment: Increment
+    solve: Solve
+    refused: Objection
+    halves: Halves | None
+    tried: list[Attempt] = field(default_factory=list)
+
+    def settled(self, guess: CarriedFlow | None) -> Attempt:
+        """The last attempt, with what was spent on all."""
+        going = self._begun(guess)
+        while going is not None:
+            going = self._tried(going) if going.carried.fraction.any() else self._dropped(going.near)
+        return joined(self.tried)
+
+    def _begun(self, guess: CarriedFlow | None) -> _Going | None:
+        if guess is not None:
+            going = _Going(guess, self.solve)
+            # Rates change where the path turns, and a body whose motion reverses is elastic at first.
+            return self._measured(going) if self.increment.past.turns else going
+        return self._dropped(None) if self.halves is None else self._from_half(self.halves)
+
+    def _from_half(self, halves: Halves) -> _Going | None:
+        """Without a last flow, that of the first half, unless backward Euler shows that the increment is even."""
         shown: Near | None = None
-        if state.length == 0:
-            tried.append(solve(state, None, partial(_uneven, halves.even)))
-            if _stands(tried[-1], halves.even, refused):
-                return tried[-1]
-            shown = tried[-1].solved or tried[-1].left
-        tried.append(halves.first(_scaled(halves.half, shown, 0.5)))
-        if (half := tried[-1].solved) is not None:
-            carried, near, unknown = CarriedFlow.of_half(half), _scaled(increment, half, 2.0), False
-            onwards = halves.whole
-    while carried is not None and carried.fraction.any() and why is None:
-        if unknown:
-            tried.append(_without(state, solve, refused, None))
-            near = euler = tried[-1].solved
-            carried = None if euler is None else carried.found_by(increment, euler)
-            if carried is None and halves is not None and euler is not None and flows(euler.iterate):
-                tried.insert(-1, halves.first(None))
-                if (half := tried[-2].solved) is not None:
-                    carried, halves, onwards = CarriedFlow.of_half(half), None, halves.whole
-            if carried is None:
-                return _joined(tried)
-        begun = system.body.carried_on(state, carried.last.times(carried.fraction))
-        last = len(tried) >= REPEATS
-        tried.append(onwards(begun, near, None if last else partial(_turned, system, carried)))
-        if tried[-1].refused:
-            return _joined(tried)
-        solved = tried[-1].solved
-        near = solved or tried[-1].left
-        unknown = near is None
-        if near is None:
-            if carried.found:
-                return _joined(tried)
-            continue
-        after = carried.after(Flowed.of(system, carried, near))
+        if self.increment.start.length == 0:
+            whole = self.solve(self.increment.start, None, partial(_uneven, halves.even))
+            self.tried.append(whole)
+            if _stands(whole, halves.even, self.refused):
+                return None
+            shown = whole.solved or whole.left
+        self.tried.append(halves.first(_scaled(halves.half, shown, 0.5)))
+        if (half := self.tried[-1].solved) is None:
+            return self._dropped(None)
+        carried, near = CarriedFlow.of_half(half), _scaled(self.increment, half, 2.0)
+        return self._dropped(near) if carried is None else _Going(carried, halves.whole, near)
+
+    def _measured(self, going: _Going) -> _Going | None:
+        """What a solution by backward Euler tells, where it does not stand."""
+        self.tried.append(self._euler(None))
+        if (euler := self.tried[-1].solved) is None:
+            return None
+        if (carried := going.carried.found_by(self.increment, euler)) is not None:
+            return going._replace(carried=carried, near=euler)
+        if self.halves is None or not flows(euler.iterate):
+            return None
+        self.tried.insert(-1, self.halves.first(None))
+        half, whole = self.tried[-2].solved, self.halves.whole
+        if half is None or (carried := CarriedFlow.of_half(half)) is None:
+            return None
+        self.halves = None
+        return _Going(carried, whole, euler)
+
+    def _tried(self, going: _Going) -> _Going | None:
+        """One attempt with this flow carried on, and what its solution, or an iterate near it, says of that."""
+        carried, body = going.carried, self.increment.system.body
+        begun = body.carried_on(self.increment.start, carried.last.times(carried.fraction))
+        leave = None if len(self.tried) >= REPEATS else partial(_turned, self.increment.system, carried)
+        attempt = going.onwards(begun, going.near, leave)
+        self.tried.append(attempt)
+        near = attempt.solved or attempt.left
+        if attempt.refused or (near is None and carried.found):
+            return None
+        return self._measured(going) if near is None else self._judged(going, attempt.solved, near)
+
+    def _judged(self, going: _Going, solved: Solved | None, near: Near) -> _Going | None:
+        carried, tried = going.carried, len(self.tried)
+        after = carried.after(Flowed.of(self.increment.system, carried, near))
         if solved is not None and after is carried:
-            if carried.misleads(increment, solved):
-                break
-            why = refused(solved)
-            if why is None:
-                return _joined(tried)
-        elif after.wrong > RATIOS or len(tried) > REPEATS:
-            why = Reason(ReasonKind.FLOW, f"unsettled after {len(tried)} solutions", measures={"solutions": len(tried)})
-        carried = after
-    if why is not None:
-        dropped = Reason(ReasonKind.FLOW, f"flow not carried on: {why.said}", measures=why.measures)
-        tried[-1] = tried[-1].failed(dropped)
-    return _joined([*tried, _without(state, solve, refused, near)])
+            if carried.misleads(self.increment, solved):
+                return self._dropped(near)
+            why = self.refused(solved)
+            return None if why is None else self._dropped(near, why)
+        if after.wrong > RATIOS or tried > REPEATS:
+            said = f"unsettled after {tried} solutions"
+            return self._dropped(near, Reason(ReasonKind.FLOW, said, measures={"solutions": tried}))
+        return going._replace(carried=after, near=near)
+
+    def _dropped(self, near: Near | None, why: Reason | None = None) -> None:
+        """Backward Euler from ``near``, after an attempt that is not accepted if it is said ``why``."""
+        if why is not None:
+            dropped = Reason(ReasonKind.FLOW, f"flow not carried on: {why.said}", measures=why.measures)
+            self.tried[-1] = self.tried[-1].failed(dropped)
+        self.tried.append(self._euler(near))
+
+    def _euler(self, near: Near | None) -> Attempt:
+        """The attempt by backward Euler, without its solution if that is refused."""
+        attempt = self.solve(self.increment.start, near, None)
+        why = None if attempt.solved is None else self.refused(attempt.solved)
+        return attempt if why is None else attempt.failed(replace(why, form=attempt.form))._replace(solved=None)
 
 
 def _scaled(increment: Increment, near: Near | None, times: float) -> Near | None:
@@ -257,20 +251,3 @@ def _short(system: System, carried: CarriedFlow, near: Near) -> Floats:
     below = material.yield_stress(response.state.peeq) - equivalent_stress(returned.trial)
     elastic = below / (3 * material.elasticity.shear * np.sqrt(square * 2 / 3))
     return np.where(returned.plastic, -np.vecdot(returned.plastic_strain, last) / square, elastic)
-
-
-def _without(state: State, solve: Solve, refused: Objection, near_to: Near | None) -> Attempt:
-    """The attempt by backward Euler, without its solution if that is refused."""
-    attempt = solve(state, near_to, None)
-    why = None if attempt.solved is None else refused(attempt.solved)
-    return attempt if why is None else attempt.failed(replace(why, form=attempt.form))._replace(solved=None)
-
-
-def _joined(tried: list[Attempt]) -> Attempt:
-    """The last attempt with what was spent on, failed, strayed or was spared in any."""
-    return tried[-1]._replace(
-        passes=sum(attempt.passes for attempt in tried),
-        failures=tuple(failure for attempt in tried for failure in attempt.failures),
-        strayed=any(attempt.strayed for attempt in tried),
-        spared=any(attempt.spared for attempt in tried),
-    )

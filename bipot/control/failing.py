@@ -8,7 +8,7 @@ import numpy as np
 
 from bipot.certificate import EPS
 from bipot.checks.diagnosis import cornered, diagnosis
-from bipot.control.carrying import Attempt
+from bipot.control.attempt import Attempt
 from bipot.control.reason import Reason
 from bipot.errors import (
     BrokenSolver,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from bipot.control.carrying import Attempt
+from bipot.control.attempt import Attempt
 from bipot.control.landing import Landing
 from bipot.control.reason import Reason, ReasonKind
 from bipot.increment import Solved

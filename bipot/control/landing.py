@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.contact.closeness import newly_closed, until_closed
-from bipot.control.carrying import Attempt
+from bipot.control.attempt import Attempt
 from bipot.errors import require, require_count
 from bipot.increment import Solved
 from bipot.iterate import Increment
