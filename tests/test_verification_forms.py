@@ -102,6 +102,8 @@ def test_differences_are_those_of_the_same_increments_whose_forces_are_determine
     one, off = Found(0.5, np.array([1.0, -4.0]), True), Found(0.5, np.array([1.0, -4.0 * (1 + 2e-5)]), True)
     assert difference([off], [one]) == pytest.approx(2e-5)
     last = Found(1.0, np.array([2.0, 0.0]), True)
+    gone = last._replace(forces=np.array([0.0, 1e-9]))
+    assert difference([one, gone], [one, gone._replace(forces=np.array([0.0, 2e-9]))]) < 1e-8
     assert difference([off._replace(determined=False), last], [one, last]) == 0
     assert np.isnan(difference([off._replace(determined=False)], [one]))
     assert np.isnan(difference([off], [one, last]))

@@ -78,7 +78,9 @@ def again(marched: Marched, times: Sequence[float], control: Control, watch: Wat
 
 
 def difference(found: Sequence[Found], reference: Sequence[Found]) -> float:
-    """Largest of the increments', over the largest force of each; NaN where they are not the same increments.
+    """Largest of the increments', over the largest force so far; NaN where they are not the same increments.
+
+    What is left when a load is gone may be nothing.
 
     >>> one, two = Found(1.0, np.array([1.0, -4.0]), True), Found(1.0, np.array([1.5, -4.0]), True)
     >>> difference([two], [one]), difference([two], [two, one])
@@ -87,7 +89,8 @@ def difference(found: Sequence[Found], reference: Sequence[Found]) -> float:
     if [one.tau for one in found] != [one.tau for one in reference]:
         return math.nan
     both = [(one.forces, other.forces) for one, other in zip(found, reference, strict=True) if _tells(one, other)]
-    relative = [float(np.abs(one - other).max() / np.abs(other).max()) for one, other in both]
+    largest = np.maximum.accumulate([np.abs(other).max() for _, other in both])
+    relative = [float(np.abs(one - other).max() / scale) for (one, other), scale in zip(both, largest, strict=True)]
     return max(relative, default=math.nan)
 
 
