@@ -16,8 +16,8 @@ from bipot.contact.closeness import closed
 from bipot.response import State
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
-from bipot.tools.aloft import Aloft, Carried
-from bipot.tools.meeting import Going, Meeting
+from bipot.tools.aloft import Carried
+from bipot.tools.meeting import Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Bools, Floats, Vector, max_abs
 
@@ -217,8 +217,8 @@ class Advance:
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools if nodes move by ``du`` (a, d) and poses ``advance`` by (k, p)."""
-        going = Going(self.places, self.candidates.met.motion(du), self.placed, advance)
-        return self.candidates.faces.meeting(self.start.gap, going, self._before(advance))
+        way = self.places, self.candidates.met.motion(du), self.placed, advance
+        return self.candidates.faces.meeting(self.start.gap, *way, self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""
@@ -244,6 +244,5 @@ class Advance:
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.
         """
-        apart = ~self.closed
-        rests = Aloft(self.places, self.carried_on, self.placed, self.by(travel))
-        return self.candidates.faces.in_air(apart, rests)
+        way = self.places, self.carried_on, self.placed, self.by(travel)
+        return self.candidates.faces.in_air(~self.closed, *way)

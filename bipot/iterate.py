@@ -279,9 +279,8 @@ class Iterate:
         In plane strain per unit of thickness; positive anticlockwise.
         """
         contacts = self.increment.system.candidates
-        if not contacts.scene.turning.any():
-            return np.zeros(len(contacts.scene.tools))
-        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(self.nodes), self.placed)
+        swirls = contacts.faces.swirls(contacts.faces.arms(contacts.met.places(self.nodes), self.placed))
+        return contacts.sums(np.vecdot(swirls, contacts.vectors(r, self.frames)))
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""

@@ -11,11 +11,9 @@ from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF
 from bipot.checks.free import free, rubs
 from bipot.checks.jammed import jammed
-from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
-from bipot.iterate import Increment, Iterate
+from bipot.iterate import Increment
 from bipot.tensors import norm
-from bipot.tools.poses import crossed, pose_size
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, max_abs, vdot
 
@@ -151,7 +149,9 @@ def _spun(increment: Increment) -> str | None:
     if not drives.spins.any():
         return None
     here = increment.unmoved.at(np.zeros(increment.size))
-    levers = _levers(contacts, here)
+    # Moments (c, d) of unit forces on candidates about the axes of turning tools; 0 for others.
+    swirls = contacts.faces.swirls(here.meeting.arm)
+    levers = contacts.parts.motion(np.vecdot(here.frames, swirls[:, None]))
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)
     # A weld holds any moment of its own tool if it has a lever.
@@ -170,17 +170,6 @@ def _spun(increment: Increment) -> str | None:
         f"most {by_friction[k]:.4g}, and {asked[k] - by_normal[k]:.4g} is asked of it: press the tool harder, turn it "
         "by a smaller moment, or by an angle."
     )
-
-
-def _levers(contacts: Candidates, here: Iterate) -> Floats:
-    """Moments (c, d) of unit forces on candidates about the axes of turning tools; 0 for others."""
-    arm, scene = here.meeting.arm, contacts.scene
-    about = np.zeros((len(scene.tools), pose_size(arm.shape[1]) - arm.shape[1]))
-    for k, tool in enumerate(scene.tools):
-        if tool.turn is not None:
-            about[k] = tool.turn.about
-    swirl = crossed(about[contacts.tool[contacts.parts.owner]], arm)
-    return contacts.parts.motion(np.vecdot(here.frames, swirl[:, None]))
 
 
 def cornered(increment: Increment) -> str | None:

@@ -158,7 +158,7 @@ class Candidates:
         return einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
     def sums(self, vectors: Floats) -> Floats:
-        """Sums (k, d) of vectors (w, d) over each tool's parts: for contact forces the tools' forces on the body."""
+        """Sums (k, …) of vectors (w, …) over each tool's parts: for contact forces the tools' forces on the body."""
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
