@@ -125,7 +125,7 @@ class Faces:
     def _by_tools(
         self, out: NDArray[Scalar], of: Callable[..., Any], parts: Sequence[Floats], *tools: Floats
     ) -> NDArray[Scalar]:
-        """``out`` (w, …) filled in with ``of(tool, …)`` of each tool's own of the ``parts`` (w, …) and ``tools`` (k, …)."""
+        """``out`` (w, …) filled in with ``of(tool, …)`` of each one's own of ``parts`` (w, …) and ``tools`` (k, …)."""
         for mine, tool, *own in zip(self.owned, self.tools, *tools, strict=True):
             out[mine] = of(tool, *(each[mine] for each in parts), *own)
         return out
