@@ -29,7 +29,7 @@ from bipot.tensors import (
     norm,
     trace,
 )
-from bipot.typing import Bools, Floats, einsum, make_floats
+from bipot.typing import Bools, Floats, einsum, make_floats, read_only
 
 _MAX_ITERATIONS = 200
 """Far above the iterations that Newton safeguarded by bisection takes."""
@@ -59,9 +59,7 @@ class TangentKind(Enum):
 def isotropic(volumetric: float, deviatoric: float, size: int) -> Floats:
     """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s), read-only; kept, because every pass asks for it."""
     unit = identity(size)
-    tensor = volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size)
-    tensor.flags.writeable = False
-    return tensor
+    return read_only(volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size), np.float64)
 
 
 @dataclass(frozen=True)
