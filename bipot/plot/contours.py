@@ -136,13 +136,10 @@ def tessellation(element: Element) -> tuple[Floats, Ints]:
     >>> [len(part) for part in tessellation(Element.T3)]
     [15, 16]
     """
-    side = np.arange(PIECES + 1)
-    grid = [(i, j) for j in side.tolist() for i in side.tolist() if element.corners == 4 or i + j <= PIECES]
-    number = {place: k for k, place in enumerate(grid)}
-    cells = [(i, j) for i, j in grid if {(i + 1, j), (i, j + 1)} <= number.keys()]
-    lower = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in cells]
-    upper = [(number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in cells if (i + 1, j + 1) in number]
-    return np.array(grid) / PIECES, np.array(lower + upper)
+    from scipy.spatial import Delaunay
+
+    points = element.grid(PIECES + 1)
+    return points, Delaunay(points).simplices.astype(np.intp)
 
 
 def nodal_values(snapshot: Snapshot, field: str) -> Floats:
