@@ -63,18 +63,6 @@ def attempt_increment(
 
 
 @dataclass
-class _Counted:
-    """An observer that counts the ``passes`` that it shows to another."""
-
-    observe: Observer
-    passes: int = 0
-
-    def __call__(self, trial: Trial) -> None:
-        self.passes += 1
-        self.observe(trial)
-
-
-@dataclass
 class _Forms:
     """The forms of a ``control``, tried in turn as :func:`attempt_increment` says, whose arguments are the fields."""
 
@@ -87,7 +75,13 @@ class _Forms:
 
     def solve(self, increment: Increment, begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
         """The attempt at the ``increment`` from the state ``begun`` (:data:`bipot.control.carrying.Solve`)."""
-        limits, count = self.control.limits, _Counted(self.observe)
+        limits, passes = self.control.limits, 0
+
+        def counted(trial: Trial) -> None:
+            nonlocal passes
+            passes += 1
+            self.observe(trial)
+
         increment = replace(increment, start=begun, accepted=increment.start)
         failures, strayed, spared = list[Reason](), False, False
         last: Exception | None = None
@@ -97,21 +91,21 @@ class _Forms:
                 spared = True
                 continue
             try:
-                solved = solve_increment(increment, form, limits, self.cache, self.largest, count, near_to, leave)
+                solved = solve_increment(increment, form, limits, self.cache, self.largest, counted, near_to, leave)
             except LeftOff as left:
-                return Attempt(None, form.name, count.passes, tuple(failures), strayed=strayed, left=left.near)
+                return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
                 if isinstance(failure, INADMISSIBLE):
                     inadmissible = failure
                     if self.ends_if_inadmissible:
-                        return Attempt(None, form.name, count.passes, tuple(failures), last, strayed, refused=True)
+                        return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
-                return Attempt(solved, form.name, count.passes, tuple(failures), strayed=strayed)
+                return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
         self.ends_if_inadmissible |= isinstance(last, INADMISSIBLE)
         name, why = self.control.forms[-1].name, inadmissible or last
-        return Attempt(None, name, count.passes, tuple(failures), why, strayed, spared=spared)
+        return Attempt(None, name, passes, tuple(failures), why, strayed, spared=spared)
 
 
 def _refused(start: State, margin: float, solved: Solved) -> Reason | None:

@@ -160,9 +160,10 @@ def carry_on(
         shown: Near | None = None
         if state.length == 0:
             tried.append(solve(state, None, partial(_uneven, halves.even)))
-            if _stands(tried[-1], halves.even, refused):
+            whole = tried[-1].solved
+            if tried[-1].refused or (whole is not None and halves.even(whole) and refused(whole) is None):
                 return tried[-1]
-            shown = tried[-1].solved or tried[-1].left
+            shown = whole or tried[-1].left
         tried.append(halves.first(_scaled(halves.half, shown, 0.5)))
         if (half := tried[-1].solved) is not None:
             carried, near, unknown = CarriedFlow.of_half(half), _scaled(increment, half, 2.0), False
@@ -219,29 +220,22 @@ def _uneven(even: Even, near: Near, error: float) -> bool:
     return error <= SEEN and not even(near)
 
 
-def _stands(attempt: Attempt, even: Even, refused: Objection) -> bool:
-    """Whether an ``attempt`` in one piece is the last one: the increment is solved and ``even``, or inadmissible."""
-    solved = attempt.solved
-    return attempt.refused or (solved is not None and even(solved) and refused(solved) is None)
-
-
 def _turned(system: System, carried: CarriedFlow, near: Near, error: float) -> bool:
     """Whether it is clear already ``near`` a solution that the flow does not continue as ``carried``.
 
     That no flow is to be carried at all is decided on solutions only.
     """
-    early = error > ROUGH
-    if error > EARLY or (early and not _is_clear(system, carried, near, MARGIN * error)):
+    if error > EARLY:
         return False
+    early = error > ROUGH
+    if early:
+        # It is clear where points stop, and each one that carries flow is far from a change of that.
+        short = _short(system, carried, near)[carried.on]
+        if not ((short > 0).any() and (np.abs(short) > MARGIN * error).all()):
+            return False
     flowed = Flowed.of(system, carried, near)
     after = carried.after(flowed)
     return after is not carried and after.wrong <= RATIOS and not (early and carried.is_wrong(flowed.overall))
-
-
-def _is_clear(system: System, carried: CarriedFlow, near: Near, margin: float) -> bool:
-    """Whether points stop, and each point that carries flow is farther than ``margin`` from a change of that."""
-    short = _short(system, carried, near)[carried.on]
-    return bool((short > 0).any() and (np.abs(short) > margin).all())
 
 
 def _short(system: System, carried: CarriedFlow, near: Near) -> Floats:

@@ -21,7 +21,7 @@ from bipot.control.carrying import Attempt
 from bipot.errors import require, require_count
 from bipot.increment import Solved
 from bipot.iterate import Increment
-from bipot.typing import Bools, Floats, make_floats
+from bipot.typing import Bools, make_floats
 
 FIRST_LOOK = 0.9
 """Where, between an open start and an end with the candidate closed, to look if the expected rate overshoots."""
@@ -77,7 +77,9 @@ def locate(
     landed, passes, latest = newly_closed(apart, solved.r, none), 0, tau - how.margin * length
     # Sought between ``low``, the margin or an end with all still open, and ``high``, an end with a candidate closed.
     low, high = state.tau + how.margin * length, tau
-    last, gap, rate = state.tau, state.gap, _expected_rate(increment)
+    # dg/dtau (c,) by the body's velocity that led to the start and the tools' paths.
+    rates, rows = increment.system.body.space.gather(increment.past.rates), increment.rows
+    last, gap, rate = state.tau, state.gap, rows.G_n @ rates + (rows.gap - state.gap) / length
     for _ in range(how.solves if landed.size else 0):
         end = max(low, last + until_closed(gap[landed] - none / 2, rate[landed]))
         if end >= high:
@@ -99,10 +101,3 @@ def locate(
         if low >= latest or high - low <= how.tolerance * length / 4:
             break
     return None, passes
-
-
-def _expected_rate(increment: Increment) -> Floats:
-    """dg/dtau (c,) in the increment, by the body's velocity that led to its start and the tools' paths."""
-    rows, start = increment.rows, increment.start
-    body = rows.G_n @ increment.system.body.space.gather(increment.past.rates)
-    return body + (rows.gap - start.gap) / (increment.tau - start.tau)
