@@ -89,19 +89,15 @@ class ProximalPoint:
         state = replace(state, r=r, merits=(*state.merits, value))
         if value <= self.accuracy * min(state.outer, 1.0) + 1e-15:
             return self._accepted(problem, state)
-        return self._rejected(problem, state) if self._hopeless(state) else state
-
-    def _hopeless(self, state: ProximalState) -> bool:
         passes, merits = len(state.merits) - 1, state.merits
-        return passes >= _INNER or (passes > _PATIENCE and merits[-1] > 0.5 * merits[-1 - _FEW])
+        if passes < _INNER and not (passes > _PATIENCE and merits[-1] > 0.5 * merits[-1 - _FEW]):
+            return state
+        if state.weight >= _HEAVIEST:
+            return replace(state, stalled="the inner Newton fails however heavy the proximal term")
+        return self._centred(problem, centre, weight * _TIGHTEN, self.memory)
 
     def _accepted(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
         passes = len(state.merits) - 1
         quick = self.cautious if state.caution else self.relax
         factor = quick if passes <= _QUICK else quick**0.5 if passes <= 2 * _QUICK else 1.0
         return self._centred(problem, state.r, max(state.weight / factor, _LIGHTEST), max(state.caution - 1, 0))
-
-    def _rejected(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
-        if state.weight >= _HEAVIEST:
-            return replace(state, stalled="the inner Newton fails however heavy the proximal term")
-        return self._centred(problem, state.centre, state.weight * _TIGHTEN, self.memory)
