@@ -85,7 +85,11 @@ def contour(
     frame(axes, result, nodes)
     axes.set_title(moment(result, snapshot))
     if colorbar:
-        axes.figure.colorbar(drawn, ax=axes, label=_label(result, field), shrink=SHRUNK)
+        base, part = split(Place.NODES, field, result.geometry)
+        known = FIELDS[Place.NODES][base]
+        name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
+        unit = "" if known.quantity is Quantity.RATIO else f" ({_unit(result, known.quantity)})"
+        axes.figure.colorbar(drawn, ax=axes, label=name + unit, shrink=SHRUNK)
     return drawn
 
 
@@ -106,14 +110,6 @@ def moment(result: History, snapshot: Snapshot) -> str:
     if "reduction" in result.columns and snapshot.step > 0:
         return f"increment {snapshot.course.number}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
-
-
-def _label(result: History, field: str) -> str:
-    """The name of a field, with its unit unless it is a ratio."""
-    base, part = split(Place.NODES, field, result.geometry)
-    known = FIELDS[Place.NODES][base]
-    name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
-    return f"{name} ({_unit(result, known.quantity)})" if known.quantity is not Quantity.RATIO else name
 
 
 def _unit(result: History, quantity: Quantity) -> str:
