@@ -56,7 +56,7 @@ import numpy as np
 
 from bipot.borne import HOLDS
 from bipot.contact.closeness import touches
-from bipot.contact.shear import Strength, caps
+from bipot.contact.shear import caps, strength
 from bipot.contact.supported import rubbed
 from bipot.fem.assembly import element_force
 from bipot.increment import Solved
@@ -235,5 +235,5 @@ def _caps(start: State, increment: Increment) -> Floats:
     body = increment.system.body
     scene, balanced = body.scene, balanced_at(start, increment)
     volume = body.space.gradients(balanced).volume
-    strength = Strength(scene.material.yield_stress(start.peeq), volume)
-    return caps(increment.system.candidates, strength, balanced, start.nodes, increment.tools.placed)
+    k = strength(scene.material.yield_stress(start.peeq), volume)
+    return caps(increment.system.candidates, k, balanced, start.nodes, increment.tools.placed)

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from bipot.advance import Advance
 from bipot.contact import supported
 from bipot.contact.closeness import LEAST_MOTION
-from bipot.contact.shear import Strength, caps
+from bipot.contact.shear import caps, strength
 from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
 from bipot.load_change import LoadChange
@@ -190,8 +190,8 @@ class Iterate:
         response, increment = self.response, self.increment
         body = increment.system.body
         sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
-        strength = Strength(sigma_y, response.kinematics.volume)
-        return caps(increment.system.candidates, strength, self.balanced, self.nodes, self.placed)
+        k = strength(sigma_y, response.kinematics.volume)
+        return caps(increment.system.candidates, k, self.balanced, self.nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:
