@@ -8,7 +8,7 @@ from bipot.errors import require, require_count, require_number, require_positiv
 from bipot.meshes.cells import converted, graded, require_room, require_sides
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
-from bipot.meshes.layout import Layout, fanned_box, rectangle, require_layout_room
+from bipot.meshes.layout import Layout, grid, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
 Gradings = tuple[float, ...]
@@ -50,7 +50,7 @@ def brick(
         far = [graded(0.0, length, n, ratio) for length, n, ratio in sides]
         near = [graded(0.0, length, n + 1, ratio)[:-1] for length, n, ratio in sides]
         corners = Element.H8 if element.shape.cube else Element.T4
-        return Mesh(*converted(fanned_box(near, far, (*names, "base", "top"), corners), element))
+        return Mesh(*converted(grid(far, (*names, "base", "top"), corners, near), element))
     sides = (0.0, width), (0.0, depth)
     flat = rectangle(*sides, {"n_x": n_x, "n_y": n_y}, grading[:2], names, FLAT[element.shape], layout)
     return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2])), element))
