@@ -54,7 +54,10 @@ class Schedule:
             require_count(self.increments, "increments", most=MOST)
         else:
             make_floats(self, "accuracy")
-            self._require_accuracy(self.accuracy)
+            require(FINEST <= self.accuracy <= COARSEST, "accuracy", self.accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
+            alone = "left out with an accuracy, which finds the lengths of increments"
+            require(self.increments is None, "increments", self.increments, alone)
+            require(self.first == 0, "first", self.first, alone)
         require_count(self.settling, "settling", most=MOST)
         require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
         for landing in self.landings:
@@ -70,13 +73,6 @@ class Schedule:
             require(begin + SAME < landing < 1 - SAME, "landing", landing, allowed)
         apart = float(np.diff(sorted(self.landings)).min(initial=1.0))
         require(apart > SAME, "landings", self.landings, f"different by more than {SAME:g}")
-
-    def _require_accuracy(self, accuracy: float) -> None:
-        """Refuse an accuracy out of range, and options that have no effect with one."""
-        require(FINEST <= accuracy <= COARSEST, "accuracy", accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
-        alone = "left out with an accuracy, which finds the lengths of increments"
-        require(self.increments is None, "increments", self.increments, alone)
-        require(self.first == 0, "first", self.first, alone)
 
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
         """The scheduled pseudo-times with the ``kinks``, so that all rates are constant between two of them.

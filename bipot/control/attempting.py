@@ -50,7 +50,12 @@ def attempt_increment(
     says, from rest, that it is even. For ``largest`` see :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
-    refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
+    margin = control.limits.bounds.relative_gap
+
+    def refused(solved: Solved) -> Reason | None:
+        # Friction by a penalised law may dissipate a negative energy.
+        return Dissipated.of(increment.start, solved).negative(margin, friction=solved.posed is None)
+
     second = control.integration is Integration.BDF2
     in_halves = None
     begins = second and (increment.start.length == 0 or increment.past.turns)
@@ -106,14 +111,6 @@ class _Forms:
         self.ends_if_inadmissible |= isinstance(last, INADMISSIBLE)
         name, why = self.control.forms[-1].name, inadmissible or last
         return Attempt(None, name, passes, tuple(failures), why, strayed, spared=spared)
-
-
-def _refused(start: State, margin: float, solved: Solved) -> Reason | None:
-    """Why the increment ``solved`` from ``start`` dissipates a negative energy beyond ``margin``, None if it does not.
-
-    Friction by a penalised law may.
-    """
-    return Dissipated.of(start, solved).negative(margin, friction=solved.posed is None)
 
 
 class Dissipated(NamedTuple):

@@ -70,16 +70,14 @@ def extruded(base: MeshParts, heights: Floats) -> MeshParts:
     low = count * np.arange(len(heights) - 1)[:, None, None]
     cells = base.elements if solid else np.sort(base.elements, axis=1)
     prisms = np.concatenate([cells + low, cells + low + count], axis=2).reshape(-1, 2 * cells.shape[1])
-    elements = prisms if solid else _turned(nodes, prisms[:, PRISM].reshape(-1, 4))
+    elements = prisms if solid else prisms[:, PRISM].reshape(-1, 4)
+    if not solid:
+        # Those numbered as mirror images are renumbered.
+        x = nodes[elements]
+        inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
+        elements[inverted] = elements[inverted][:, Element.T4.mirrored]
     boundaries = {name: _upright(edges, low, count, solid) for name, edges in base.boundaries.items()}
     return MeshParts(nodes, elements, boundaries | {"base": base.elements, "top": base.elements + low.max() + count})
-
-
-def _turned(nodes: Floats, cells: Ints) -> Ints:
-    """The tetrahedra, those numbered as mirror images renumbered."""
-    x = nodes[cells]
-    inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
-    return np.where(inverted[:, None], cells[:, Element.T4.mirrored], cells)
 
 
 def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:

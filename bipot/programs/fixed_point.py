@@ -160,7 +160,8 @@ class Coupling:
         ratios = self.ratios
         if SETTLED < self.residual < np.inf:
             ratios = (*ratios, residual / self.residual)[-LAST:]
-        report = Coupled(ROUTES[self.frozen][self.mixing.value], _mean(ratios), self.report.steps + 1)
+        contraction = float(np.exp(np.log(np.maximum(ratios, np.finfo(float).tiny)).mean())) if ratios else np.nan
+        report = Coupled(ROUTES[self.frozen][self.mixing.value], contraction, self.report.steps + 1)
         better = residual <= max(self.rule.falls * self.best, SETTLED)
         waited = 0 if better else self.waited + 1
         if self.second and waited >= self.rule.patience << self.switches:
@@ -219,8 +220,3 @@ def _cosine(a: Floats, b: Floats) -> float:
 
 def _finite(value: Floats) -> Floats:
     return np.where(np.isfinite(value), value, 0.0)
-
-
-def _mean(ratios: tuple[float, ...]) -> float:
-    """Geometric mean, NaN if there are no ratios."""
-    return float(np.exp(np.mean(np.log(np.maximum(ratios, np.finfo(float).tiny))))) if ratios else float("nan")
