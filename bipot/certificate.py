@@ -34,7 +34,6 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import require
 from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
 from bipot.laws.material import Material
 from bipot.tensors import equivalent_stress, norm
@@ -179,10 +178,7 @@ class Bounds:
     tool_equilibrium: float = 1e-7
 
     def __post_init__(self) -> None:
-        for bound in fields(self):
-            make_floats(self, bound.name, of="bounds.")
-            value = getattr(self, bound.name)
-            require(value > 0, f"bounds.{bound.name}", value, "> 0")
+        make_floats(self, of="bounds.", **{bound.name: "> 0" for bound in fields(self)})
 
     @staticmethod
     def none() -> Bounds:

@@ -48,13 +48,12 @@ class Schedule:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        make_floats(self, "growth", "first")
+        make_floats(self, "first", growth="in (1, 10]")
         if self.accuracy is None:
             require(self.increments is not None, "increments", None, "given, unless an accuracy is")
             require_count(self.increments, "increments", most=MOST)
         else:
-            make_floats(self, "accuracy")
-            require(FINEST <= self.accuracy <= COARSEST, "accuracy", self.accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
+            make_floats(self, accuracy=f"in [{FINEST:g}, {COARSEST:g}]")
             alone = "left out with an accuracy, which finds the lengths of increments"
             require(self.increments is None, "increments", self.increments, alone)
             require(self.first == 0, "first", self.first, alone)
@@ -63,7 +62,6 @@ class Schedule:
         for landing in self.landings:
             require_number(landing, "landing")
         object.__setattr__(self, "landings", tuple(float(landing) for landing in self.landings))
-        require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
         require(self.first == 0 or SAME <= self.first < 1, "first", self.first, f"zero, or in [{SAME:g}, 1)")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: begin by smaller increments, or fewer")

@@ -18,7 +18,7 @@ import numpy as np
 
 from bipot.contact.closeness import newly_closed, until_closed
 from bipot.control.carrying import Attempt
-from bipot.errors import require, require_count
+from bipot.errors import require_count
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.typing import Bools, make_floats
@@ -40,10 +40,8 @@ class Locate:
     margin: float = 0.02
 
     def __post_init__(self) -> None:
-        make_floats(self, "tolerance", "margin", of="locate.")
-        require(0 < self.tolerance < 1, "locate.tolerance", self.tolerance, "in (0, 1)")
+        make_floats(self, of="locate.", tolerance="in (0, 1)", margin="in (0, 0.5)")
         require_count(self.solves, "locate.solves")
-        require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
 
 
 @dataclass(frozen=True)

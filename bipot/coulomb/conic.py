@@ -61,10 +61,7 @@ class ConicSettings:
     regularisation: float = 1e-8
 
     def __post_init__(self) -> None:
-        make_floats(self, "tol", "seconds", "regularisation")
-        require(0 < self.tol < 1e-2, "tol", self.tol, "in (0, 0.01)")
-        require(self.seconds > 0, "seconds", self.seconds, "> 0")
-        require(0 <= self.regularisation < math.inf, "regularisation", self.regularisation, "finite and >= 0")
+        make_floats(self, tol="in (0, 0.01)", seconds="> 0", regularisation="finite and >= 0")
 
     def accuracy(self, loosened: float = 1.0) -> Accuracy:
         """The accuracy asked of the interior points."""

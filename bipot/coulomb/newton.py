@@ -12,7 +12,7 @@ from scipy.sparse import linalg as sparse_linalg
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
 from bipot.coulomb.solver import ScaledProblem, SolverState
-from bipot.errors import ProgramError, require, require_count, require_type
+from bipot.errors import ProgramError, require_count, require_type
 from bipot.typing import Bools, Floats, einsum, make_floats
 
 _SHORTEST = 1e-3
@@ -95,8 +95,7 @@ class Newton:
 
     def __post_init__(self) -> None:
         require_type(self.function, ContactFunction, "function")
-        make_floats(self, "levenberg")
-        require(0 <= self.levenberg < np.inf, "levenberg", self.levenberg, "finite and >= 0")
+        make_floats(self, levenberg="finite and >= 0")
         require_type(self.search, LineSearch, "search")
 
     @property

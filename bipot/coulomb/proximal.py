@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
 from bipot.coulomb.newton import LineSearch, linearise, merit, newton_direction
 from bipot.coulomb.solver import ScaledProblem, SolverState
-from bipot.errors import require, require_count, require_positive, require_type
+from bipot.errors import require, require_count, require_type
 from bipot.typing import Floats, make_floats
 
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
@@ -57,10 +56,7 @@ class ProximalPoint:
     def __post_init__(self) -> None:
         require_type(self.function, ContactFunction, "function")
         require_count(self.memory, "memory", 0)
-        make_floats(self, "weight", "accuracy", "relax", "cautious")
-        require_positive(weight=self.weight)
-        require(0 < self.accuracy < 1, "accuracy", self.accuracy, "in (0, 1)")
-        require(1 < self.relax < math.inf, "relax", self.relax, "finite and > 1")
+        make_floats(self, "cautious", weight="finite and > 0", accuracy="in (0, 1)", relax="finite and > 1")
         require(1 < self.cautious <= self.relax, "cautious", self.cautious, "in (1, relax]")
 
     @property

@@ -117,9 +117,7 @@ class Limits:
     patience: int = 1000
 
     def __post_init__(self) -> None:
-        make_floats(self, "tol", "seconds")
-        require(self.tol > 0, "tol", self.tol, "> 0")
-        require(self.seconds > 0, "seconds", self.seconds, "> 0")
+        make_floats(self, tol="> 0", seconds="> 0")
         require_count(self.iterations, "iterations", 0)
         require_count(self.patience, "patience")
 

@@ -7,7 +7,6 @@ deviator becomes √(2/3) σ_Y(p + dp) N.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -74,8 +73,7 @@ class Elasticity:
     poisson: float
 
     def __post_init__(self) -> None:
-        make_floats(self, "young", "poisson")
-        require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
+        make_floats(self, "poisson", young="finite and > 0")
         require_magnitude(self.young, "young", LARGEST_STRESS)
         inside = NEAR - 1 <= self.poisson <= 0.5 - NEAR
         require(inside, "poisson", self.poisson, f"inside (-1, 0.5), at least {NEAR:g} from its ends")

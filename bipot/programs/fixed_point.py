@@ -20,7 +20,7 @@ from enum import Enum
 import numpy as np
 
 from bipot.coulomb.acceleration import Anderson, Past
-from bipot.errors import require, require_count, require_type
+from bipot.errors import require_count, require_type
 from bipot.programs.data import ContactRows
 from bipot.typing import Floats, make_floats
 
@@ -90,11 +90,9 @@ class Safeguard:
 
     def __post_init__(self) -> None:
         require_type(self.first, Frozen, "safeguard.first")
-        make_floats(self, "falls", "least", of="safeguard.")
-        require(self.falls > 0, "safeguard.falls", self.falls, "> 0")
+        make_floats(self, of="safeguard.", falls="> 0", least="in (0, 1]")
         require_count(self.patience, "safeguard.patience")
         require_count(self.depth, "safeguard.depth")
-        require(0 < self.least <= 1, "safeguard.least", self.least, "in (0, 1]")
 
 
 @dataclass(frozen=True)
