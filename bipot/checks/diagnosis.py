@@ -15,7 +15,7 @@ from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment
 from bipot.tensors import norm
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, max_abs, vdot
+from bipot.typing import Floats, max_abs, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
 """A tool is followed so FAR, over the size and the largest gap, in at most STEPS; a gap up to AIR sizes is touched."""
@@ -182,7 +182,9 @@ def cornered(increment: Increment) -> str | None:
     if not contacts.curved:
         return None
     drift = increment.past.quicker * float(norm(start.velocity).max()) * (increment.tau - start.tau)
-    turned = _turned(increment, increment.reach + drift) * (carries(start.forces) & _alone(increment))
+    turned, scene = _turned(increment, increment.reach + drift) * carries(start.forces), contacts.scene
+    for plane in scene.mirrors:
+        turned[plane.holds(scene.mesh.nodes[contacts.node])] = 0.0
     worst = int(np.argmax(turned))
     if turned[worst] < SHARP:
         return None
@@ -190,12 +192,6 @@ def cornered(increment: Increment) -> str | None:
         f"Node {contacts.node[worst]} is at a sharp corner of tools[{contacts.tool[worst]}], which pushes along one "
         "normal alone there: give the corner a fillet, or make its sides tools of their own."
     )
-
-
-def _alone(increment: Increment) -> Bools:
-    """Which candidates (c,) are not in a plane that mirrors the body."""
-    scene, node = increment.system.body.scene, increment.system.candidates.node
-    return ~np.any([np.zeros(len(node), dtype=bool), *(p.holds(scene.mesh.nodes[node]) for p in scene.mirrors)], axis=0)
 
 
 def _turned(increment: Increment, length: float) -> Floats:

@@ -97,7 +97,9 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     line = np.linspace(0.0 if quarter else -1.0, 1.0, square * (1 if quarter else 2) + 1)
     inner = np.arange(len(line) ** 2).reshape(len(line), -1)
     core = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    around = _around(inner, quarter)
+    # Around the square, anticlockwise: in a quarter along its far sides, else back to the first.
+    far = np.concatenate([inner[-1], inner[-2::-1, -1]])
+    around = far if quarter else np.concatenate([far, inner[0, -2::-1], inner[1:, 0]])
     distinct = around if quarter else around[:-1]
     outer = inner.size + np.arange(len(distinct) * (len(rings) - 1)).reshape(-1, len(distinct))
     layers = np.vstack([around, outer if quarter else np.column_stack([outer, outer[:, 0]])])
@@ -133,12 +135,6 @@ def annulus(radii: Floats, count: int, quarter: bool, element: Element) -> Round
         sides |= {"front": number[:, 0], "left": number[:, -1]}
     edges = edges_along(tuple(sides), tuple(sides.values()))
     return Round(MeshParts(nodes, cells_between(number, element), edges), arcs)
-
-
-def _around(inner: Ints, quarter: bool) -> Ints:
-    """Numbers of the nodes around the square, anticlockwise: in a quarter of its far sides, else back to the first."""
-    far = np.concatenate([inner[-1], inner[-2::-1, -1]])
-    return far if quarter else np.concatenate([far, inner[0, -2::-1], inner[1:, 0]])
 
 
 def _circle(square: Floats) -> Floats:

@@ -219,6 +219,10 @@ class Faces:
         """The same as :meth:`swept` for tool points whose paths have their middles at ``middle`` (w, d)."""
         return self._by_tools(np.empty_like(middle), Tool.carried, [middle], placed, advance)
 
+    def turned(self, vectors: Floats, placed: Floats) -> Floats:
+        """Vectors (w, d) at the parts, given in the frames of their tools, turned to the poses ``placed`` (k, p)."""
+        return self._by_tools(np.empty_like(vectors), Tool.turned, [vectors], placed)
+
     def swirls(self, arm: Floats) -> Floats:
         """Velocities (w, d) per angle of the tools' points at the ends of ``arm`` (w, d); 0 where they do not turn."""
         return self._by_tools(np.empty_like(arm), Tool.swirl, [arm])
