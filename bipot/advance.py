@@ -134,11 +134,12 @@ class Advance:
         dents it and does not count, nor does a tool that a force drives, which goes with the body. Without friction
         only motion along normals counts. A body from which all these tools recede stays.
         """
-        contacts, free, touching = self.candidates, self.candidates.scene.directions.free, self.closed
+        contacts, scene, touching = self.candidates, self.candidates.scene, self.closed
+        free = scene.directions.free
         if not free.size:
             return self.way
         points = (contacts.owned & touching) @ contacts.share
-        points[contacts.scene.drives.forced] = 0.0
+        points[scene.drives.tool[scene.drives.spins == 0]] = 0.0
         tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
         if not (tools.size and self.travel[tools].any(axis=1).all()):
             return self.way
