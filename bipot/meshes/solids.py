@@ -87,9 +87,7 @@ def cylinder_3d(
     require_sides(radius=radius, height=height)
     counts = _counts(n_square=n_square, n_r=n_r, n_z=n_z)
     n_square, n_r, n_z = counts.values()
-    for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
-        require_type(value, bool, name)
-    _require_solid(element, grading, 2)
+    _require_solid(element, grading, 2, quarter=quarter, curved=curved, inscribed=inscribed)
     a_quarter = n_square * (n_square + 2 * n_r) * n_z
     require_room(a_quarter * (1 if quarter else 4), element, counts)
     arcs = curved and element.quadratic
@@ -131,9 +129,7 @@ def ring_3d(
     require_sides(**{"outer - inner": outer - inner, "height": height})
     counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
     n_around, n_r, n_z = counts.values()
-    for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
-        require_type(value, bool, name)
-    _require_solid(element, grading, 2)
+    _require_solid(element, grading, 2, quarter=quarter, curved=curved, inscribed=inscribed)
     require_room(n_around * n_r * n_z * (1 if quarter else 4), element, counts)
     arcs = curved and element.quadratic
     wider = 1.0 if inscribed else _widened(n_around, arcs)
@@ -160,7 +156,9 @@ def _widened(count: int, arcs: bool) -> float:
     return float(np.sqrt(half / (np.sin(half) * area)))
 
 
-def _require_solid(element: Element, grading: Gradings, axes: int) -> None:
+def _require_solid(element: Element, grading: Gradings, axes: int, **choices: bool) -> None:
+    for name, value in choices.items():
+        require_type(value, bool, name)
     require_type(element, Element, "element")
     solids = elements_of(3)
     require(element in solids, "element", element.name, f"one of space, of {[solid.name for solid in solids]}")
