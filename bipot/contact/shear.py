@@ -43,12 +43,16 @@ def strength(yield_stress: Floats, volume: Floats) -> Floats:
     return np.vecdot(yield_stress, volume) / (np.sqrt(3.0) * volume.sum(axis=1))
 
 
-def caps(candidates: Candidates, k: Floats, balanced: Floats, nodes: Floats, placed: Floats) -> Floats:
-    """Largest friction forces (c,) by shear yield stresses k (e,), inf where there is no cap.
+def caps(
+    candidates: Candidates, peeq: Floats, volume: Floats, balanced: Floats, nodes: Floats, placed: Floats
+) -> Floats:
+    """Largest friction forces (c,) by the shear yield stress at ``peeq`` (e, q), inf where there is no cap.
 
-    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, p).
+    Areas and the ``volume`` (e, q) of points are those of the configuration ``balanced`` (a, d), gaps those of
+    ``nodes`` (a, d) to tools in the poses ``placed`` (k, p).
     """
     scene, ends = candidates.scene, candidates.scene.mesh.element.ends
+    k = strength(scene.material.yield_stress(peeq), volume)
     carried = np.zeros(len(candidates.node))
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         candidate, lines = candidates.number[number], points.lines
