@@ -16,8 +16,8 @@ from bipot.contact.closeness import closed
 from bipot.response import State
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
-from bipot.tools.aloft import Aloft, Carried
-from bipot.tools.meeting import Going, Meeting
+from bipot.tools.aloft import Carried
+from bipot.tools.meeting import Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Bools, Floats, Vector, max_abs
 
@@ -134,11 +134,12 @@ class Advance:
         dents it and does not count, nor does a tool that a force drives, which goes with the body. Without friction
         only motion along normals counts. A body from which all these tools recede stays.
         """
-        contacts, free, touching = self.candidates, self.candidates.scene.directions.free, self.closed
+        contacts, scene, touching = self.candidates, self.candidates.scene, self.closed
+        free = scene.directions.free
         if not free.size:
             return self.way
         points = (contacts.owned & touching) @ contacts.share
-        points[contacts.scene.drives.forced] = 0.0
+        points[scene.drives.tool[scene.drives.spins == 0]] = 0.0
         tools = np.flatnonzero((points > 0) & (points >= FEW * points.max(initial=0.0)))
         if not (tools.size and self.travel[tools].any(axis=1).all()):
             return self.way
@@ -217,8 +218,8 @@ class Advance:
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools if nodes move by ``du`` (a, d) and poses ``advance`` by (k, p)."""
-        going = Going(self.places, self.candidates.met.motion(du), self.placed, advance)
-        return self.candidates.faces.meeting(self.start.gap, going, self._before(advance))
+        way = self.places, self.candidates.met.motion(du), self.placed, advance
+        return self.candidates.faces.meeting(self.start.gap, *way, self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""
@@ -244,6 +245,5 @@ class Advance:
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.
         """
-        apart = ~self.closed
-        rests = Aloft(self.places, self.carried_on, self.placed, self.by(travel))
-        return self.candidates.faces.in_air(apart, rests)
+        way = self.places, self.carried_on, self.placed, self.by(travel)
+        return self.candidates.faces.in_air(~self.closed, *way)

@@ -34,7 +34,6 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import require
 from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
 from bipot.laws.material import Material
 from bipot.tensors import equivalent_stress, norm
@@ -179,10 +178,7 @@ class Bounds:
     tool_equilibrium: float = 1e-7
 
     def __post_init__(self) -> None:
-        for bound in fields(self):
-            make_floats(self, bound.name, of="bounds.")
-            value = getattr(self, bound.name)
-            require(value > 0, f"bounds.{bound.name}", value, "> 0")
+        make_floats(self, of="bounds.", **{bound.name: "> 0" for bound in fields(self)})
 
     @staticmethod
     def none() -> Bounds:
@@ -216,6 +212,8 @@ def certify(
     law_blur = unsure + float((contact.stiffness * contact.blur).max(initial=0.0))
     law = float(norm(law_residual(contact)).max(initial=0.0))
     gap, gap_blur = contact_gap + material_gap, vdot(norm(contact.r), blur) + balance.blur * float(moved.sum())
+    # Ties have no cone.
+    violation = cone_violation(contact.r, contact.mu, contact.cap, contact.none)[~contact.tied]
     resolution = Resolution(
         equilibrium=balance.resolution,
         yield_violation=EPS * 2 * max_abs(material.stress) / float(material.yield_stress.min()),
@@ -227,7 +225,7 @@ def certify(
         equilibrium=balance.equilibrium,
         yield_violation=float(np.maximum(excess, 0).max()),
         penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / size,
-        cone_violation=_over(_cone(contact), contact.largest),
+        cone_violation=_over(float(violation.max(initial=0.0)), contact.largest),
         law=_over(law, contact.present, law_blur),
         gap=gap,
         relative_gap=max(_over(gap, energy, gap_blur), _over(material_gap, material_energy)),
@@ -273,13 +271,6 @@ def _energies(material: MaterialFields) -> tuple[float, float]:
     change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
     return vdot(m.weight, m.dissipation), float(stored.sum())
-
-
-def _cone(contact: ContactFields) -> float:
-    """The largest violation of the cone, in force units; ties have none."""
-    free = ~contact.tied
-    violation = cone_violation(contact.r[free], contact.mu[free], contact.cap[free], contact.none)
-    return float(violation.max(initial=0.0))
 
 
 def _over(value: float, scale: float, blur: float = 0.0) -> float:

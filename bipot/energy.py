@@ -56,7 +56,7 @@ import numpy as np
 
 from bipot.borne import HOLDS
 from bipot.contact.closeness import touches
-from bipot.contact.shear import Strength, caps
+from bipot.contact.shear import caps
 from bipot.contact.supported import rubbed
 from bipot.fem.assembly import element_force
 from bipot.increment import Solved
@@ -128,8 +128,6 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     contacts = increment.system.candidates
     pushed, travel = _pushed(start, solved, r, theta), solved.iterate.tool_travel
     opened = motion[:, 0] - start.gap
-    if not contacts.curved:
-        return vdot(contacts.sums(pushed), travel) + vdot(r[:, 0], opened)
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
     taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], solved.iterate.slipped)
@@ -142,8 +140,6 @@ def _pushed(start: State, solved: Solved, r: Floats, theta: float) -> Floats:
     """Mean vectors (w, d) of the contact forces, whose components in frames that may turn have the mean r (c, d)."""
     increment = solved.iterate.increment
     contacts = increment.system.candidates
-    if not contacts.curved:
-        return contacts.vectors(r)
     before = contacts.vectors(start_forces(start, increment), increment.tools.frames)
     return (1 - theta) * before + theta * contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
 
@@ -193,9 +189,11 @@ def ended_forces(system: System, state: State) -> Floats:
 
 def start_limit(start: State, increment: Increment) -> Floats:
     """Largest friction forces s_0 (c,) under the forces of the start, with the caps there; 0 where tied."""
-    rows = increment.rows
-    if increment.system.candidates.capped:
-        rows = replace(rows, cap=_caps(start, increment))
+    rows, contacts = increment.rows, increment.system.candidates
+    if contacts.capped:
+        nodes = balanced_at(start, increment)
+        volume = increment.system.body.space.gradients(nodes).volume
+        rows = replace(rows, cap=caps(contacts, start.peeq, volume, nodes, start.nodes, increment.tools.placed))
     return np.where(rows.tied, 0.0, rows.limit(start.forces))
 
 
@@ -228,12 +226,3 @@ def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
         followed = np.abs(followed - sunk)
         out[aloft] = followed[aloft] / (followed + air)[aloft]
     return out
-
-
-def _caps(start: State, increment: Increment) -> Floats:
-    """The caps (c,) at the start, inf where none is asked."""
-    body = increment.system.body
-    scene, balanced = body.scene, balanced_at(start, increment)
-    volume = body.space.gradients(balanced).volume
-    strength = Strength(scene.material.yield_stress(start.peeq), volume)
-    return caps(increment.system.candidates, strength, balanced, start.nodes, increment.tools.placed)

@@ -20,7 +20,7 @@ from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.checks.settling import least_moved, unloaded
 from bipot.conic.problem import Claim, Timing
 from bipot.contact.closeness import newly_closed
-from bipot.errors import NotConverged, require, require_count, require_type
+from bipot.errors import NotConverged, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
@@ -50,8 +50,7 @@ class Limits:
         require_type(self.bounds, Bounds, "limits.bounds")
         require_count(self.passes, "limits.passes")
         require_count(self.patience, "limits.patience")
-        make_floats(self, "progress", of="limits.")
-        require(0 < self.progress <= 1, "limits.progress", self.progress, "in (0, 1]")
+        make_floats(self, of="limits.", progress="in (0, 1]")
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from bipot.advance import Advance
 from bipot.contact import supported
 from bipot.contact.closeness import LEAST_MOTION
-from bipot.contact.shear import Strength, caps
+from bipot.contact.shear import caps
 from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
 from bipot.load_change import LoadChange
@@ -187,11 +187,8 @@ class Iterate:
     @property
     def _caps(self) -> Floats:
         """The largest friction force (c,) of each candidate by the shear yield stress, inf where none is asked."""
-        response, increment = self.response, self.increment
-        body = increment.system.body
-        sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
-        strength = Strength(sigma_y, response.kinematics.volume)
-        return caps(increment.system.candidates, strength, self.balanced, self.nodes, self.placed)
+        peeq, volume = self.response.state.peeq + self.response.returned.dpeeq, self.response.kinematics.volume
+        return caps(self.increment.system.candidates, peeq, volume, self.balanced, self.nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:
@@ -279,9 +276,8 @@ class Iterate:
         In plane strain per unit of thickness; positive anticlockwise.
         """
         contacts = self.increment.system.candidates
-        if not contacts.scene.turning.any():
-            return np.zeros(len(contacts.scene.tools))
-        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.met.places(self.nodes), self.placed)
+        swirls = contacts.faces.swirls(contacts.faces.arms(contacts.met.places(self.nodes), self.placed))
+        return contacts.sums(np.vecdot(swirls, contacts.vectors(r, self.frames)))
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""

@@ -96,8 +96,10 @@ def collapse(increment: Increment) -> Mechanism | None:
     load = _load(increment)
     if increment.system.candidates.capped or not max_abs(load) > _round_off(increment):
         return None
-    holding, rows = _holding(increment), increment.unmoved.rows
-    # Any other open candidate may not close, however it slips.
+    tool, near, rows = increment.system.candidates.tool, _touching(increment), increment.unmoved.rows
+    # The body may come to be held by tools that touch nothing yet. Any other open candidate may not close, however it
+    # slips.
+    holding = near | ~np.isin(tool, tool[near])
     rows = replace(rows, mu=np.where(holding, rows.mu, 0.0))
     for find in (partial(_lifted, holding), _slid, _flown):
         try:
@@ -178,12 +180,6 @@ def _touching(increment: Increment) -> Bools:
         here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.tools.path))
         near &= ~system.candidates.faces.beyond(here)
     return near
-
-
-def _holding(increment: Increment) -> Bools:
-    """Candidates (c,) that touch, and those of tools that touch nothing yet: the body may come to be held by these."""
-    tool, near = increment.system.candidates.tool, _touching(increment)
-    return near | ~np.isin(tool, tool[near])
 
 
 def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:

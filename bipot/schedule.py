@@ -48,19 +48,20 @@ class Schedule:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        make_floats(self, "growth", "first")
+        make_floats(self, "first", growth="in (1, 10]")
         if self.accuracy is None:
             require(self.increments is not None, "increments", None, "given, unless an accuracy is")
             require_count(self.increments, "increments", most=MOST)
         else:
-            make_floats(self, "accuracy")
-            self._require_accuracy(self.accuracy)
+            make_floats(self, accuracy=f"in [{FINEST:g}, {COARSEST:g}]")
+            alone = "left out with an accuracy, which finds the lengths of increments"
+            require(self.increments is None, "increments", self.increments, alone)
+            require(self.first == 0, "first", self.first, alone)
         require_count(self.settling, "settling", most=MOST)
         require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
         for landing in self.landings:
             require_number(landing, "landing")
         object.__setattr__(self, "landings", tuple(float(landing) for landing in self.landings))
-        require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
         require(self.first == 0 or SAME <= self.first < 1, "first", self.first, f"zero, or in [{SAME:g}, 1)")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: begin by smaller increments, or fewer")
@@ -70,13 +71,6 @@ class Schedule:
             require(begin + SAME < landing < 1 - SAME, "landing", landing, allowed)
         apart = float(np.diff(sorted(self.landings)).min(initial=1.0))
         require(apart > SAME, "landings", self.landings, f"different by more than {SAME:g}")
-
-    def _require_accuracy(self, accuracy: float) -> None:
-        """Refuse an accuracy out of range, and options that have no effect with one."""
-        require(FINEST <= accuracy <= COARSEST, "accuracy", accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
-        alone = "left out with an accuracy, which finds the lengths of increments"
-        require(self.increments is None, "increments", self.increments, alone)
-        require(self.first == 0, "first", self.first, alone)
 
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
         """The scheduled pseudo-times with the ``kinks``, so that all rates are constant between two of them.

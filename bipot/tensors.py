@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from bipot.typing import Floats
+from bipot.typing import Floats, read_only
 
 
 def components(dimension: int) -> int:
@@ -29,18 +29,13 @@ def identity(size: int) -> Floats:
     >>> identity(4).tolist()
     [1.0, 1.0, 1.0, 0.0]
     """
-    unit = np.zeros(size)
-    unit[:3] = 1.0
-    unit.flags.writeable = False
-    return unit
+    return read_only(np.arange(size) < 3, np.float64)
 
 
 @cache
 def deviatoric_projector(size: int) -> Floats:
     """Projector on trace-free tensors, I - 1 ⊗ 1 / 3, shape (s, s), read-only."""
-    projector = np.eye(size) - np.outer(identity(size), identity(size)) / 3.0
-    projector.flags.writeable = False
-    return projector
+    return read_only(np.eye(size) - np.outer(identity(size), identity(size)) / 3.0, np.float64)
 
 
 @cache
@@ -55,8 +50,7 @@ def deviatoric_basis(size: int) -> Floats:
     basis[0, :3] = np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
     basis[1, :3] = np.array([1.0, 1.0, -2.0]) / np.sqrt(6.0)
     basis[2:, 3:] = np.eye(size - 3)
-    basis.flags.writeable = False
-    return basis
+    return read_only(basis, np.float64)
 
 
 def contract(t: Floats, table: Floats) -> Floats:

@@ -95,7 +95,10 @@ def tractions(
     on an edge of the line its tension is then reported as pressure 0 and its shear is unchanged, so pressures do not
     have the forces' resultant; r contains the tension.
     """
-    mu = candidates.mu if rows is None else _quotients(candidates.mu, r, rows)
+    mu = candidates.mu.copy()
+    if rows is not None:
+        # Where a cap acts, its quotient with the pressure.
+        np.divide(rows.limit(r), r[:, 0], out=mu, where=np.isfinite(rows.cap) & (r[:, 0] > 0))
     rubbing = candidates.tangent_free if known is None else candidates.tangent_free | known
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):
@@ -113,12 +116,6 @@ def tractions(
         along = project_disc(found[line, 1:], limit[line])
         shear[line] = component(along)
     return pressure, shear
-
-
-def _quotients(mu: Floats, r: Floats, rows: ContactRows) -> Floats:
-    """The largest quotient (c,) of shear and pressure: ``mu`` (c,), or by forces r (c, d) where a cap acts."""
-    acts = np.isfinite(rows.cap) & (r[:, 0] > 0)
-    return np.divide(rows.limit(r), r[:, 0], out=mu.copy(), where=acts)
 
 
 def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:

@@ -75,18 +75,36 @@ def as_numbers(values: object, field: str) -> Floats:
     return array.astype(np.float64)
 
 
-def make_floats(made: object, *fields: str, of: str = "") -> None:
+def make_floats(made: object, *fields: str, of: str = "", **within: str) -> None:
     """Make floats of the numbers in these ``fields`` of a frozen object, called ``of`` + field in messages.
 
-    A NumPy scalar would impose its own precision on everything computed with it.
+    Fields given by name are ``within`` intervals, such as "in (0, 1]", "> 0" or "finite and >= 0". A NumPy scalar would
+    impose its own precision on everything computed with it.
 
     Raises:
-        SceneError: one is no number that a float can hold.
+        SceneError: one is no number that a float can hold, or not in its interval.
     """
-    for field in fields:
+    for field in (*fields, *within):
         value = getattr(made, field)
         require_number(value, of + field)
         object.__setattr__(made, field, float(value))
+    for field, allowed in within.items():
+        value = getattr(made, field)
+        require(_is(value, allowed), of + field, value, allowed)
+
+
+def _is(value: float, allowed: str) -> bool:
+    """Whether a number is in an interval.
+
+    >>> [_is(1.0, allowed) for allowed in ("in (0, 1]", "in [0, 1)", ">= 1", "> 1", "finite and > 0")]
+    [True, False, True, False, True]
+    """
+    if allowed.startswith("in "):
+        low, high = map(float, allowed[4:-1].split(", "))
+        return low < value < high or (value == low and allowed[3] == "[") or (value == high and allowed[-1] == "]")
+    *finite, sign, least = allowed.split()
+    above = value >= float(least) if sign == ">=" else value > float(least)
+    return above and not (finite and value == float("inf"))
 
 
 def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:

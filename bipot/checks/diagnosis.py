@@ -11,13 +11,11 @@ from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF
 from bipot.checks.free import free, rubs
 from bipot.checks.jammed import jammed
-from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
-from bipot.iterate import Increment, Iterate
+from bipot.iterate import Increment
 from bipot.tensors import norm
-from bipot.tools.poses import crossed, pose_size
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, max_abs, vdot
+from bipot.typing import Floats, max_abs, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
 """A tool is followed so FAR, over the size and the largest gap, in at most STEPS; a gap up to AIR sizes is touched."""
@@ -151,7 +149,9 @@ def _spun(increment: Increment) -> str | None:
     if not drives.spins.any():
         return None
     here = increment.unmoved.at(np.zeros(increment.size))
-    levers = _levers(contacts, here)
+    # Moments (c, d) of unit forces on candidates about the axes of turning tools; 0 for others.
+    swirls = contacts.faces.swirls(here.meeting.arm)
+    levers = contacts.parts.motion(np.vecdot(here.frames, swirls[:, None]))
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)
     # A weld holds any moment of its own tool if it has a lever.
@@ -172,17 +172,6 @@ def _spun(increment: Increment) -> str | None:
     )
 
 
-def _levers(contacts: Candidates, here: Iterate) -> Floats:
-    """Moments (c, d) of unit forces on candidates about the axes of turning tools; 0 for others."""
-    arm, scene = here.meeting.arm, contacts.scene
-    about = np.zeros((len(scene.tools), pose_size(arm.shape[1]) - arm.shape[1]))
-    for k, tool in enumerate(scene.tools):
-        if tool.turn is not None:
-            about[k] = tool.turn.about
-    swirl = crossed(about[contacts.tool[contacts.parts.owner]], arm)
-    return contacts.parts.motion(np.vecdot(here.frames, swirl[:, None]))
-
-
 def cornered(increment: Increment) -> str | None:
     """The sentence on a node that pushes against a tool next to a sharp corner of it, None if there is none.
 
@@ -193,7 +182,9 @@ def cornered(increment: Increment) -> str | None:
     if not contacts.curved:
         return None
     drift = increment.past.quicker * float(norm(start.velocity).max()) * (increment.tau - start.tau)
-    turned = _turned(increment, increment.reach + drift) * (carries(start.forces) & _alone(increment))
+    turned, scene = _turned(increment, increment.reach + drift) * carries(start.forces), contacts.scene
+    for plane in scene.mirrors:
+        turned[plane.holds(scene.mesh.nodes[contacts.node])] = 0.0
     worst = int(np.argmax(turned))
     if turned[worst] < SHARP:
         return None
@@ -201,12 +192,6 @@ def cornered(increment: Increment) -> str | None:
         f"Node {contacts.node[worst]} is at a sharp corner of tools[{contacts.tool[worst]}], which pushes along one "
         "normal alone there: give the corner a fillet, or make its sides tools of their own."
     )
-
-
-def _alone(increment: Increment) -> Bools:
-    """Which candidates (c,) are not in a plane that mirrors the body."""
-    scene, node = increment.system.body.scene, increment.system.candidates.node
-    return ~np.any([np.zeros(len(node), dtype=bool), *(p.holds(scene.mesh.nodes[node]) for p in scene.mirrors)], axis=0)
 
 
 def _turned(increment: Increment, length: float) -> Floats:

@@ -77,7 +77,7 @@ class Examined:
         least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
         residual = self.iterate.residual - self.iterate.rows.forces(self.r)
         blur = self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
-        blur += EPS * (max_abs(loads) + self._present)
+        blur += EPS * (max_abs(loads) + max_abs(self.r))
         driven = space.beside(self.iterate.load) != 0
         return Balance(
             residual=norm(space.spread(residual)),
@@ -89,11 +89,6 @@ class Examined:
         )
 
     @cached_property
-    def _present(self) -> float:
-        """The largest contact force at the end."""
-        return max_abs(self.r)
-
-    @cached_property
     def _moved(self) -> float:
         """The sum of the increment's lengths (module docstring)."""
         # The round-off of a driven tool's place is that of the motion its force could cause, even if it rests.
@@ -102,7 +97,7 @@ class Examined:
 
     def _contact(self) -> ContactFields:
         rows, r, moved, motion = self.iterate.rows, self.r, self._moved, self.iterate.motion
-        present = self._present
+        present = max_abs(r)
         return ContactFields(
             r=r,
             motion=motion,

@@ -53,8 +53,7 @@ class Clarabel:
     def __post_init__(self) -> None:
         require_type(self.method, str, "clarabel.method")
         require(self.method in METHODS, "clarabel.method", self.method, f"one of {', '.join(METHODS)}")
-        make_floats(self, "seconds", of="clarabel.")
-        require(self.seconds > 0, "clarabel.seconds", self.seconds, "> 0")
+        make_floats(self, of="clarabel.", seconds="> 0")
 
     def solve(
         self, program: ConicProgram, accuracy: Accuracy, last: Transferred | None = None

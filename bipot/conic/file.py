@@ -75,10 +75,13 @@ def read_vectors(
     """
     try:
         with opened_archive(Path(path)) as archive:
-            _require_kind(path, archive, kind)
+            known = "kind" in archive and archive.declared("kind")[1] == ()
+            if (declared := str(archive.array("kind")) if known else None) != kind:
+                raise FileError(f"{path} is of kind {declared!s:.60}: it must be {kind!r}")
             asked = {**fields, **together} if any(name in archive for name in together) else fields
             sizes = {name: _length(path, archive, name, letter, kind) for name, letter in asked.items()}
-            archive.require_small(list(asked))
+            total = sum(archive.file.getinfo(f"{name}.npy").file_size for name in asked)
+            _require(total <= LARGEST, f"its vectors have {total} bytes: must have at most {LARGEST}")
             for name, (other, longer) in lengths.items():
                 if name in sizes and sizes[name] != (due := sizes[other] + longer):
                     words = f"{name} has {sizes[name]} entries, must have {due}, as {other} has {sizes[other]}"
@@ -94,13 +97,6 @@ def read_vectors(
             place = int(np.flatnonzero(~np.isfinite(vector))[0])
             raise FileError(f"{path}: {name!r} holds NaN or inf: [{place}] = {vector[place]}")
     return found
-
-
-def _require_kind(path: str | Path, archive: Archive, kind: str) -> None:
-    known = "kind" in archive and archive.declared("kind")[1] == ()
-    found = str(archive.array("kind")) if known else None
-    if found != kind:
-        raise FileError(f"{path} is of kind {found!s:.60}: it must be {kind!r}")
 
 
 def _length(path: str | Path, archive: Archive, name: str, letter: str, kind: str) -> int:
@@ -157,11 +153,6 @@ class Archive:
         whole = min(shape, default=0) >= 0 and size == info.file_size
         _require(whole, f"{name!r} of shape {shape} has {info.file_size} bytes: must have {size}")
         return dtype, shape
-
-    def require_small(self, names: list[str]) -> None:
-        """Refuse more than LARGEST in all."""
-        total = sum(self.file.getinfo(f"{name}.npy").file_size for name in names)
-        _require(total <= LARGEST, f"its vectors have {total} bytes: must have at most {LARGEST}")
 
     def array(self, name: str) -> NDArray[Any]:
         """The array; :meth:`declared` has to have accepted its type and shape before."""

@@ -39,8 +39,7 @@ class Accuracy:
     iterations: int = 100
 
     def __post_init__(self) -> None:
-        make_floats(self, "tolerance")
-        require(0 < self.tolerance < 1e-2, "tolerance", self.tolerance, "in (0, 0.01)")
+        make_floats(self, tolerance="in (0, 0.01)")
         require_count(self.iterations, "iterations")
 
 

@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.contact.coupling import Bent, Pairs, pairs_of
+from bipot.contact.coupling import Pairs, pairs_of
 from bipot.contact.means import Means, Operators, without_zeros
 from bipot.contact.mobility import along_what_is_held, movable, shares
 from bipot.contact.sampling import Points
@@ -158,7 +158,7 @@ class Candidates:
         return einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
     def sums(self, vectors: Floats) -> Floats:
-        """Sums (k, d) of vectors (w, d) over each tool's parts: for contact forces the tools' forces on the body."""
+        """Sums (k, …) of vectors (w, …) over each tool's parts: for contact forces the tools' forces on the body."""
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
@@ -172,12 +172,18 @@ class Candidates:
 
     def add_bending(self, K: Floats, meeting: Meeting, r: Floats) -> None:
         """Subtract the derivatives of contact forces r (c, d) by nodal positions from element matrices (e, dk, dk)."""
-        self._bent.take_off(K, meeting.bending(self.parts.spread(r)))
+        parts, at = self._bent
+        np.subtract.at(K, at, meeting.bending(self.parts.spread(r))[parts])
 
     @cached_property
-    def _bent(self) -> Bent:
-        shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
-        return Bent.of(self.scene.mesh, self.met.nodes, shaped[self.tool[self.parts.owner]])
+    def _bent(self) -> tuple[Ints, tuple[Ints, Ints, Ints]]:
+        """The parts (b,) at curved tools, and the entries (b, d, d) of their nodes in any element: these are summed."""
+        mesh, shaped = self.scene.mesh, np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
+        parts = np.flatnonzero(shaped[self.tool[self.parts.owner]])
+        _, first = np.unique(mesh.elements, return_index=True)
+        element, local = np.divmod(first[self.met.nodes[parts]], mesh.elements.shape[1])
+        dofs = mesh.dimension * local[:, None] + np.arange(mesh.dimension)
+        return parts, (element[:, None, None], dofs[:, :, None], dofs[:, None, :])
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) that involve the coordinates of curved tools that are driven.

@@ -24,18 +24,18 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     node, owner, mu, shear = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty(0)], [np.empty(0)]
     slides, still = [np.empty(0, dtype=bool)], [np.empty(0, dtype=bool)]
     for k, (tool, at) in enumerate(zip(scene.tools, found, strict=True)):
-        moves, mirror = moving(scene, k, at), mirrored(scene, k, at)
+        moves, (stays, projection) = moving(scene, k, at), mirrored(scene, k, at)
         chosen = moves[:, 0]
         number.append(np.where(chosen, np.cumsum(chosen) - 1 + first, -1))
         first += int(chosen.sum())
         weights.append(rows_of(at.weights, chosen))
-        within.append(mirror.within[chosen])
+        within.append(projection[chosen])
         node.append(at.node[chosen])
         owner.append(np.full(len(node[-1]), k))
         mu.append(_by_node(tool.mu_at, tool.mu, node[-1]))
         shear.append(_by_node(tool.shear_at, tool.shear, node[-1]))
         slides.append(np.asarray(moves[chosen, 1:].any(axis=1)))
-        still.append(mirror.still[chosen])
+        still.append(stays[chosen])
     return Candidates(
         scene=scene,
         space=space,

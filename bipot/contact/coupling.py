@@ -22,11 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.tools.meeting import Meeting
 from bipot.tools.poses import angles_of, crossed
-from bipot.typing import Bools, Floats, Ints, einsum
+from bipot.typing import Floats, Ints, einsum
 
 MOST = 2
 """The most coordinates of one tool: along a force, and about a centre."""
@@ -97,28 +96,3 @@ def pairs_of(scene: Scene) -> Pairs:
             padded = np.pad(coordinates, (0, MOST - len(coordinates)), constant_values=-1)
             numbers.append(np.broadcast_to(padded, (len(nodes[-1]), MOST)))
     return Pairs(scene, np.concatenate(tools), np.concatenate(nodes), np.concatenate(numbers))
-
-
-@dataclass(frozen=True)
-class Bent:
-    """The ``parts`` (b,) at curved tools, an ``element`` (b,) of each one's node, and the node's ``dofs`` (b, d) in it.
-
-    Any element of the node will do, because elements are summed. The coordinates of driven tools are in :class:`Pairs`.
-    """
-
-    parts: Ints
-    element: Ints
-    dofs: Ints
-
-    @staticmethod
-    def of(mesh: Mesh, node: Ints, curved: Bools) -> Bent:
-        """Those parts of the nodes ``node`` (w,) that are at ``curved`` (w,) tools."""
-        parts = np.flatnonzero(curved)
-        _, first = np.unique(mesh.elements, return_index=True)
-        element, local = np.divmod(first[node[parts]], mesh.elements.shape[1])
-        return Bent(parts, element, mesh.dimension * local[:, None] + np.arange(mesh.dimension))
-
-    def take_off(self, K: Floats, bending: Floats) -> None:
-        """Subtract the derivatives ``bending`` (w, d, d) of the parts' forces by position from element matrices K."""
-        at = self.element[:, None, None], self.dofs[:, :, None], self.dofs[:, None, :]
-        np.subtract.at(K, at, bending[self.parts])

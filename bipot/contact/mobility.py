@@ -14,8 +14,6 @@ is the direction of the tangent plane in which S (sum_a P_a) S is zero (:func:`a
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bipot.contact.means import Means
@@ -45,18 +43,11 @@ def moving(scene: Scene, number: int, own: Points) -> Bools:
     return out
 
 
-class Mirrored(NamedTuple):
-    """The points (p,) that are ``still``, with slip and shear zero, and the projection ``within`` (p, d, d) of motions.
-
-    The projection is the identity for nodes, which supports hold, and in a plane, where slip is either free or zero.
-    """
-
-    still: Bools
-    within: Floats
-
-
-def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
+def mirrored(scene: Scene, number: int, own: Points) -> tuple[Bools, Floats]:
     """Where symmetry forbids points (p,) of the tool of that ``number`` to slip, and how their means may still move.
+
+    The latter is a projection (p, d, d), the identity for nodes, which supports hold, and in a plane, where slip is
+    either free or zero.
 
     Symmetry does so where half of a mean is beyond a plane of symmetry or an axis, where the body slips in the opposite
     direction. A point whose mean stops at the plane has a mirror image instead, and so has every mean at a tool that is
@@ -73,7 +64,7 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
             left[there] = across(left[there], support.along(d))
             if own.weighted and d == 3:
                 within[there] = across(within[there], support.along(d))
-    return Mirrored(np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within)
+    return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within
 
 
 def shares(scene: Scene, number: int, own: Points) -> Floats:

@@ -72,10 +72,7 @@ def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
 @cache
 def _shapes(element: Element) -> Floats:
     """The shape functions (p, n) of a face, a plane ``element``, at points spread over it."""
-    line = np.linspace(0.0, 1.0, SAMPLES)
-    places = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
-    within = places if element.shape.cube else places[places.sum(axis=1) <= 1]
-    return read_only(tabulated_at(element, within).values, np.float64)
+    return read_only(tabulated_at(element, element.grid(SAMPLES)).values, np.float64)
 
 
 def tool_edges(mesh: Mesh, tool: Tool) -> Ints:

@@ -115,10 +115,38 @@ def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
 
 
 def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:
-    """Points (f, k) at the ``ends`` (k,) of quadratic facets (f, n), and their nodes (p,), sorted."""
+    """Points (f, k) at the ``ends`` (k,) of quadratic facets (f, n), and their nodes (p,), sorted.
+
+    There is one point for each fan of facets that continue into each other at a node.
+    """
+    # Imported here because only scenes with means need it.
+    from scipy.sparse.csgraph import connected_components
+
+    node, place = facets[:, ends].ravel(), np.arange(facets[:, ends].size)
     if nodes.shape[1] == 2:
-        return _on_lines(facets[:, ends], _away(nodes, facets))
-    return _on_faces(facets[:, ends], _normals(nodes, facets, len(ends)))
+        # Edges that continue straight leave their node in opposite directions; of three or more none continues.
+        (one, other), way = _twice(node[:, None]), _away(nodes, facets).reshape(-1, 2)
+        cosine = -np.vecdot(way[one], way[other])
+    else:
+        after = np.roll(place.reshape(-1, len(ends)), -1, axis=1).ravel()
+        a, b = _twice(np.sort(node[np.column_stack([place, after])], axis=1))
+        # Neighbours run along their common edge in opposite directions: one begins where the other ends.
+        one, other = np.concatenate([a, after[a]]), np.concatenate([after[b], b])
+        normal = _normals(nodes, facets, len(ends)).reshape(-1, 3)
+        cosine = np.vecdot(normal[one], normal[other])
+    links = sp.coo_array((cosine >= CREASE, (one, other)), shape=(len(node), len(node)))
+    links.eliminate_zeros()
+    _, part = connected_components(links, directed=False)
+    _, found = np.unique(part, return_index=True)
+    rank = np.argsort(node[found], kind="stable")
+    return np.argsort(rank)[part].reshape(-1, len(ends)), node[found][rank]
+
+
+def _twice(keys: Ints) -> tuple[Ints, Ints]:
+    """Where each row of the ``keys`` (m, k) that is there exactly twice is first (p,), and again (p,)."""
+    _, key, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    order, first = np.argsort(key.ravel(), kind="stable"), (np.cumsum(count) - count)[count == 2]
+    return order[first], order[first + 1]
 
 
 def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
@@ -135,53 +163,6 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
     corner = inside[facets[:, :count]]
     along = corner & (np.roll(corner, 1, axis=1) | np.roll(corner, -1, axis=1))
     return np.asarray(along & (1 - 2 * (_normals(nodes, facets, count) @ s) ** 2 >= CREASE))
-
-
-def _on_lines(ends: Ints, away: Floats) -> tuple[Ints, Ints]:
-    """Points at the ``ends`` (f, 2) of edges that leave them along the directions ``away`` (f, 2, 2).
-
-    There is one point where an edge ends or two continue into each other, and one point per edge at a crease and where
-    more than two edges meet.
-    """
-    node, inverse, count = np.unique(ends, return_inverse=True, return_counts=True)
-    order = np.argsort(inverse.ravel(), kind="stable")
-    first = np.cumsum(count) - count
-    way = away.reshape(-1, 2)[order]
-    second = np.minimum(first + 1, len(order) - 1)
-    # Edges that continue straight leave their node in opposite directions; of three or more none continues.
-    split = (count > 2) | (count == 2) & (-np.vecdot(way[first], way[second]) < CREASE)
-    parts = np.where(split, count, 1)
-    within = np.repeat(split, count) * (np.arange(len(order)) - np.repeat(first, count))
-    number = np.repeat(np.cumsum(parts) - parts, count) + within
-    edges = np.empty(len(order), dtype=np.intp)
-    edges[order] = number
-    return edges.reshape(-1, 2), np.repeat(node, parts)
-
-
-def _on_faces(corners: Ints, normal: Floats) -> tuple[Ints, Ints]:
-    """Points at the ``corners`` (f, k) of faces with unit normals (f, k, 3) there: one for each fan of faces."""
-    # Imported here because only scenes with means on faces need it.
-    from scipy.sparse.csgraph import connected_components
-
-    place = np.arange(corners.size).reshape(corners.shape)
-    begin, end = place.ravel(), np.roll(place, -1, axis=1).ravel()
-    sides = np.sort(corners.ravel()[np.column_stack([begin, end])], axis=1)
-    _, side, count = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
-    first = (np.cumsum(count) - count)[count == 2]
-    order = np.argsort(side.ravel(), kind="stable")
-    a, b = order[first], order[first + 1]
-    # Neighbours run along their common edge in opposite directions: one begins where the other ends.
-    one, other = np.concatenate([begin[a], end[a]]), np.concatenate([end[b], begin[b]])
-    flat = normal.reshape(-1, 3)
-    continues = np.vecdot(flat[one], flat[other]) >= CREASE
-    one, other = one[continues], other[continues]
-    links = sp.coo_array((np.ones(len(one)), (one, other)), shape=(corners.size, corners.size))
-    _, part = connected_components(links, directed=False)
-    _, found = np.unique(part, return_index=True)
-    node = corners.ravel()[found]
-    rank = np.argsort(node, kind="stable")
-    number = np.argsort(rank)[part]
-    return number.reshape(corners.shape), node[rank]
 
 
 def _away(nodes: Floats, lines: Ints) -> Floats:

@@ -25,8 +25,6 @@ judges.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bipot.contact.candidates import Candidates
@@ -40,25 +38,21 @@ LIES = 0.25
 """A facet that leaves the tool by this slope or more does not lie on it."""
 
 
-class Strength(NamedTuple):
-    """Yield stress and volume (e, q) of the points of elements."""
-
-    yield_stress: Floats
-    volume: Floats
-
-    @property
-    def shear(self) -> Floats:
-        """k (e,), the mean over each element."""
-        return np.vecdot(self.yield_stress, self.volume) / (np.sqrt(3.0) * self.volume.sum(axis=1))
+def strength(yield_stress: Floats, volume: Floats) -> Floats:
+    """Shear yield stress k (e,) of elements, the mean over points with a ``yield_stress`` and ``volume`` (e, q)."""
+    return np.vecdot(yield_stress, volume) / (np.sqrt(3.0) * volume.sum(axis=1))
 
 
-def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Floats, placed: Floats) -> Floats:
-    """Largest friction forces (c,), inf where there is no cap.
+def caps(
+    candidates: Candidates, peeq: Floats, volume: Floats, balanced: Floats, nodes: Floats, placed: Floats
+) -> Floats:
+    """Largest friction forces (c,) by the shear yield stress at ``peeq`` (e, q), inf where there is no cap.
 
-    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, p).
+    Areas and the ``volume`` (e, q) of points are those of the configuration ``balanced`` (a, d), gaps those of
+    ``nodes`` (a, d) to tools in the poses ``placed`` (k, p).
     """
-    scene, k = candidates.scene, strength.shear
-    ends = scene.mesh.element.ends
+    scene, ends = candidates.scene, candidates.scene.mesh.element.ends
+    k = strength(scene.material.yield_stress(peeq), volume)
     carried = np.zeros(len(candidates.node))
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         candidate, lines = candidates.number[number], points.lines

@@ -41,8 +41,7 @@ class Touching(NamedTuple):
     def gone(self, tool: Tool, number: int, nodes: Ints) -> Floats:
         """How far (n, d) the tool of that ``number`` takes its points at some ``nodes`` (n,)."""
         x, advance = self.nodes[nodes], self.path[number]
-        travel = np.broadcast_to(advance[: x.shape[1]], x.shape)
-        return travel if tool.turn is None else travel + tool.turn.swept(x, self.placed[number], advance)
+        return advance[: x.shape[1]] + tool.swept(x, self.placed[number], advance)
 
 
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:

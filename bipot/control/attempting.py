@@ -51,7 +51,12 @@ def attempt_increment(
     says, from rest, that it is even. For ``largest`` see :func:`~bipot.increment.solve_increment`.
     """
     forms = _Forms(control, cache, largest, observe, sparing, ends_if_inadmissible=halves)
-    refused = partial(_refused, increment.start, control.limits.bounds.relative_gap)
+    margin = control.limits.bounds.relative_gap
+
+    def refused(solved: Solved) -> Reason | None:
+        # Friction by a penalised law may dissipate a negative energy.
+        return Dissipated.of(increment.start, solved).negative(margin, friction=solved.posed is None)
+
     second = control.integration is Integration.BDF2
     in_halves = None
     begins = second and (increment.start.length == 0 or increment.past.turns)
@@ -61,18 +66,6 @@ def attempt_increment(
         first = partial(forms.solve, half, increment.start, leave=None)
         in_halves = Halves(half, first, partial(forms.solve, whole), staged)
     return carry_on(increment, partial(forms.solve, increment), refused, second, in_halves)
-
-
-@dataclass
-class _Counted:
-    """An observer that counts the ``passes`` that it shows to another."""
-
-    observe: Observer
-    passes: int = 0
-
-    def __call__(self, trial: Trial) -> None:
-        self.passes += 1
-        self.observe(trial)
 
 
 @dataclass
@@ -88,7 +81,13 @@ class _Forms:
 
     def solve(self, increment: Increment, begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
         """The attempt at the ``increment`` from the state ``begun`` (:data:`bipot.control.carrying.Solve`)."""
-        limits, count = self.control.limits, _Counted(self.observe)
+        limits, passes = self.control.limits, 0
+
+        def counted(trial: Trial) -> None:
+            nonlocal passes
+            passes += 1
+            self.observe(trial)
+
         increment = replace(increment, start=begun, accepted=increment.start)
         failures, strayed, spared = list[Reason](), False, False
         last: Exception | None = None
@@ -98,29 +97,21 @@ class _Forms:
                 spared = True
                 continue
             try:
-                solved = solve_increment(increment, form, limits, self.cache, self.largest, count, near_to, leave)
+                solved = solve_increment(increment, form, limits, self.cache, self.largest, counted, near_to, leave)
             except LeftOff as left:
-                return Attempt(None, form.name, count.passes, tuple(failures), strayed=strayed, left=left.near)
+                return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
                 if isinstance(failure, INADMISSIBLE):
                     inadmissible = failure
                     if self.ends_if_inadmissible:
-                        return Attempt(None, form.name, count.passes, tuple(failures), last, strayed, refused=True)
+                        return Attempt(None, form.name, passes, tuple(failures), last, strayed, refused=True)
             else:
-                return Attempt(solved, form.name, count.passes, tuple(failures), strayed=strayed)
+                return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
         self.ends_if_inadmissible |= isinstance(last, INADMISSIBLE)
         name, why = self.control.forms[-1].name, inadmissible or last
-        return Attempt(None, name, count.passes, tuple(failures), why, strayed, spared=spared)
-
-
-def _refused(start: State, margin: float, solved: Solved) -> Reason | None:
-    """Why the increment ``solved`` from ``start`` dissipates a negative energy beyond ``margin``, None if it does not.
-
-    Friction by a penalised law may.
-    """
-    return Dissipated.of(start, solved).negative(margin, friction=solved.posed is None)
+        return Attempt(None, name, passes, tuple(failures), why, strayed, spared=spared)
 
 
 class Dissipated(NamedTuple):

@@ -58,7 +58,8 @@ def lag(start: State, solved: Solved) -> Lag:
         return Lag()
     now = contacts.vectors(_tangential(solved.r), iterate.frames)
     then = contacts.vectors(_tangential(start.forces), contacts.frames_at(start.nodes, increment.tools.placed))
-    then, normals = _with_tools(solved, then), iterate.frames[:, 0]
+    # Turned as the tools turn that the parts meet.
+    then, normals = contacts.faces.turned(then, iterate.advance), iterate.frames[:, 0]
     then = then - np.vecdot(then, normals)[:, None] * normals
     slides = norm(iterate.motion[:, 1:]) > LEAST_SLIP * increment.units.length
     counted = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
@@ -77,12 +78,3 @@ def lag(start: State, solved: Solved) -> Lag:
 def _tangential(r: Floats) -> Floats:
     """Forces r (c, d) without their normal components."""
     return np.column_stack([np.zeros(len(r)), r[:, 1:]])
-
-
-def _with_tools(solved: Solved, vectors: Floats) -> Floats:
-    """Vectors (w, 3) at parts of candidates, turned as the tools that these meet turn in the increment."""
-    contacts, out = solved.iterate.increment.system.candidates, vectors.copy()
-    owner = contacts.tool[contacts.parts.owner]
-    for k, (tool, advance) in enumerate(zip(contacts.scene.tools, solved.iterate.advance, strict=True)):
-        out[owner == k] = tool.turned(vectors[owner == k], advance)
-    return out

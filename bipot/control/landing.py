@@ -18,10 +18,10 @@ import numpy as np
 
 from bipot.contact.closeness import newly_closed, until_closed
 from bipot.control.attempt import Attempt
-from bipot.errors import require, require_count
+from bipot.errors import require_count
 from bipot.increment import Solved
 from bipot.iterate import Increment
-from bipot.typing import Bools, Floats, make_floats
+from bipot.typing import Bools, make_floats
 
 FIRST_LOOK = 0.9
 """Where, between an open start and an end with the candidate closed, to look if the expected rate overshoots."""
@@ -40,10 +40,8 @@ class Locate:
     margin: float = 0.02
 
     def __post_init__(self) -> None:
-        make_floats(self, "tolerance", "margin", of="locate.")
-        require(0 < self.tolerance < 1, "locate.tolerance", self.tolerance, "in (0, 1)")
+        make_floats(self, of="locate.", tolerance="in (0, 1)", margin="in (0, 0.5)")
         require_count(self.solves, "locate.solves")
-        require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
 
 
 @dataclass(frozen=True)
@@ -77,7 +75,9 @@ def locate(
     landed, passes, latest = newly_closed(apart, solved.r, none), 0, tau - how.margin * length
     # Sought between ``low``, the margin or an end with all still open, and ``high``, an end with a candidate closed.
     low, high = state.tau + how.margin * length, tau
-    last, gap, rate = state.tau, state.gap, _expected_rate(increment)
+    # dg/dtau (c,) by the body's velocity that led to the start and the tools' paths.
+    rates, rows = increment.system.body.space.gather(increment.past.rates), increment.rows
+    last, gap, rate = state.tau, state.gap, rows.G_n @ rates + (rows.gap - state.gap) / length
     for _ in range(how.solves if landed.size else 0):
         end = max(low, last + until_closed(gap[landed] - none / 2, rate[landed]))
         if end >= high:
@@ -99,10 +99,3 @@ def locate(
         if low >= latest or high - low <= how.tolerance * length / 4:
             break
     return None, passes
-
-
-def _expected_rate(increment: Increment) -> Floats:
-    """dg/dtau (c,) in the increment, by the body's velocity that led to its start and the tools' paths."""
-    rows, start = increment.rows, increment.start
-    body = rows.G_n @ increment.system.body.space.gather(increment.past.rates)
-    return body + (rows.gap - start.gap) / (increment.tau - start.tau)

@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from bipot.errors import require, require_count
+from bipot.errors import require_count
 from bipot.typing import Floats, make_floats
 
 
@@ -40,8 +40,7 @@ class Damped:
     weight: float = 1.0
 
     def __post_init__(self) -> None:
-        make_floats(self, "weight")
-        require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
+        make_floats(self, weight="in (0, 1]")
 
     def advance(self, past: Past, x: Floats, image: Floats) -> tuple[Past, Floats]:
         """The damped point, without memory."""
@@ -63,9 +62,7 @@ class Anderson:
 
     def __post_init__(self) -> None:
         require_count(self.depth, "depth")
-        make_floats(self, "weight", "growth")
-        require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
-        require(self.growth >= 1, "growth", self.growth, ">= 1")
+        make_floats(self, weight="in (0, 1]", growth=">= 1")
 
     def advance(self, past: Past, x: Floats, image: Floats) -> tuple[Past, Floats]:
         """The mixed point, or the damped one after a step that the safeguard refuses."""

@@ -29,8 +29,7 @@ class Stage:
 
     def __post_init__(self) -> None:
         require_type(self.solver, Solver, "stage.solver")
-        make_floats(self, "share", of="stage.")
-        require(0 < self.share <= 1, "stage.share", self.share, "in (0, 1]")
+        make_floats(self, of="stage.", share="in (0, 1]")
         require_type(self.warm, bool, "stage.warm")
 
 

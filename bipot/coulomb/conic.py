@@ -61,21 +61,11 @@ class ConicSettings:
     regularisation: float = 1e-8
 
     def __post_init__(self) -> None:
-        make_floats(self, "tol", "seconds", "regularisation")
-        require(0 < self.tol < 1e-2, "tol", self.tol, "in (0, 0.01)")
-        require(self.seconds > 0, "seconds", self.seconds, "> 0")
-        require(0 <= self.regularisation < math.inf, "regularisation", self.regularisation, "finite and >= 0")
+        make_floats(self, tol="in (0, 0.01)", seconds="> 0", regularisation="finite and >= 0")
 
     def accuracy(self, loosened: float = 1.0) -> Accuracy:
         """The accuracy asked of the interior points."""
         return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
-
-
-def _cone_rows(problem: ScaledProblem, top: Floats) -> sparse.csr_matrix:
-    """diag(top, 1 … 1) by contact: the rows whose cone is |r_t| <= top r_n (+ a radius)."""
-    diagonal = np.ones((problem.mu.size, problem.dim))
-    diagonal[:, 0] = top
-    return sparse.csr_matrix(sparse.diags_array(diagonal.ravel()))
 
 
 @dataclass(eq=False)
@@ -157,12 +147,15 @@ def _refined(
 
 def force_program(problem: ScaledProblem, top: Floats, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
-    P = sparse.csc_matrix(problem.symmetric_part() + settings.regularisation * sparse.eye_array(problem.size))
+    W, diagonal = sparse.csr_array(problem.W), np.ones((problem.mu.size, problem.dim))
+    P = sparse.csc_matrix((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size))
     bare = sparse.csr_matrix(sparse.eye_array(problem.size))[problem.dim * np.flatnonzero(top == 0)]
-    # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
+    # the zeros of diag(top, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
+    diagonal[:, 0] = top
+    cones = sparse.csr_matrix(sparse.diags_array(diagonal.ravel()))
     rows = (
         Rows("normal", Cone.NONNEGATIVE, bare, np.zeros(len(bare.indptr) - 1)),
-        Rows("cone", Cone.SECOND_ORDER, _cone_rows(problem, top), np.zeros(problem.size), problem.dim),
+        Rows("cone", Cone.SECOND_ORDER, cones, np.zeros(problem.size), problem.dim),
     )
     conic = ConicProgram(P, problem.q, rows, {"r": slice(0, problem.size)})
     return ForceProgram(problem, settings, Clarabel(seconds=settings.seconds), conic)

@@ -11,7 +11,6 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from bipot.errors import require_positive
 from bipot.laws import coulomb
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc, unit
 from bipot.typing import Floats, make_floats
@@ -62,8 +61,7 @@ class AlartCurnier:
     step: float = 1.0
 
     def __post_init__(self) -> None:
-        make_floats(self, "step")
-        require_positive(step=self.step)
+        make_floats(self, step="finite and > 0")
 
     def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
@@ -86,8 +84,7 @@ class NaturalMap:
     step: float = 1.0
 
     def __post_init__(self) -> None:
-        make_floats(self, "step")
-        require_positive(step=self.step)
+        make_floats(self, step="finite and > 0")
 
     def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from bipot.coulomb.problem import column_count
 from bipot.coulomb.solver import ScaledProblem, SolverState
-from bipot.errors import require, require_count
+from bipot.errors import require_count
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
 from bipot.typing import Floats, Ints, einsum, make_floats
@@ -87,8 +87,7 @@ class GaussSeidel:
     def __post_init__(self) -> None:
         require_count(self.local, "local")
         require_count(self.sweeps, "sweeps")
-        make_floats(self, "relaxation")
-        require(0 < self.relaxation < 2, "relaxation", self.relaxation, "in (0, 2)")
+        make_floats(self, relaxation="in (0, 2)")
 
     def init(self, problem: ScaledProblem, r: Floats) -> SweepState:
         """Colour the contacts."""

@@ -11,8 +11,8 @@ from scipy import linalg, sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
-from bipot.coulomb.solver import Blocks, ScaledProblem, SolverState
-from bipot.errors import ProgramError, require, require_count, require_type
+from bipot.coulomb.solver import ScaledProblem, SolverState
+from bipot.errors import ProgramError, require_count, require_type
 from bipot.typing import Bools, Floats, einsum, make_floats
 
 _SHORTEST = 1e-3
@@ -95,8 +95,7 @@ class Newton:
 
     def __post_init__(self) -> None:
         require_type(self.function, ContactFunction, "function")
-        make_floats(self, "levenberg")
-        require(0 <= self.levenberg < np.inf, "levenberg", self.levenberg, "finite and >= 0")
+        make_floats(self, levenberg="finite and >= 0")
         require_type(self.search, LineSearch, "search")
 
     @property
@@ -132,13 +131,14 @@ def _dense_jacobian(W: Floats, du: Floats, dr: Floats) -> Floats:
     return J.reshape(c * d, c * d)
 
 
-def _sparse_jacobian(W: Blocks, du: Floats, dr: Floats, kept: Bools) -> sparse.csc_matrix:
+def _sparse_jacobian(W: sparse.bsr_array, du: Floats, dr: Floats, kept: Bools) -> sparse.csc_matrix:
     """Rows and columns of the ``kept`` contacts only; du and dr (c, d, d) of all."""
     d = dr.shape[1]
-    chosen = kept[W.row] & kept[W.column]
-    row, column = W.row[chosen], W.column[chosen]
+    row = np.repeat(np.arange(kept.size), np.diff(W.indptr))
+    chosen = kept[row] & kept[W.indices]
+    row, column = row[chosen], W.indices[chosen]
     data = du[row] @ W.data[chosen]
-    data[(np.cumsum(chosen) - 1)[W.diagonal[kept]]] += dr[kept]
+    data[row == column] += dr[kept]
     number, count = np.cumsum(kept) - 1, int(kept.sum())
     start = np.searchsorted(number[row], np.arange(count + 1))
     return sparse.csc_matrix(sparse.bsr_array((data, number[column], start), shape=(count * d, count * d)))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
 from bipot.coulomb.newton import LineSearch, linearise, merit, newton_direction
 from bipot.coulomb.solver import ScaledProblem, SolverState
-from bipot.errors import require, require_count, require_positive, require_type
+from bipot.errors import require, require_count, require_type
 from bipot.typing import Floats, make_floats
 
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
@@ -57,10 +56,7 @@ class ProximalPoint:
     def __post_init__(self) -> None:
         require_type(self.function, ContactFunction, "function")
         require_count(self.memory, "memory", 0)
-        make_floats(self, "weight", "accuracy", "relax", "cautious")
-        require_positive(weight=self.weight)
-        require(0 < self.accuracy < 1, "accuracy", self.accuracy, "in (0, 1)")
-        require(1 < self.relax < math.inf, "relax", self.relax, "finite and > 1")
+        make_floats(self, "cautious", weight="finite and > 0", accuracy="in (0, 1)", relax="finite and > 1")
         require(1 < self.cautious <= self.relax, "cautious", self.cautious, "in (1, relax]")
 
     @property
@@ -89,19 +85,15 @@ class ProximalPoint:
         state = replace(state, r=r, merits=(*state.merits, value))
         if value <= self.accuracy * min(state.outer, 1.0) + 1e-15:
             return self._accepted(problem, state)
-        return self._rejected(problem, state) if self._hopeless(state) else state
-
-    def _hopeless(self, state: ProximalState) -> bool:
         passes, merits = len(state.merits) - 1, state.merits
-        return passes >= _INNER or (passes > _PATIENCE and merits[-1] > 0.5 * merits[-1 - _FEW])
+        if passes < _INNER and not (passes > _PATIENCE and merits[-1] > 0.5 * merits[-1 - _FEW]):
+            return state
+        if state.weight >= _HEAVIEST:
+            return replace(state, stalled="the inner Newton fails however heavy the proximal term")
+        return self._centred(problem, centre, weight * _TIGHTEN, self.memory)
 
     def _accepted(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
         passes = len(state.merits) - 1
         quick = self.cautious if state.caution else self.relax
         factor = quick if passes <= _QUICK else quick**0.5 if passes <= 2 * _QUICK else 1.0
         return self._centred(problem, state.r, max(state.weight / factor, _LIGHTEST), max(state.caution - 1, 0))
-
-    def _rejected(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
-        if state.weight >= _HEAVIEST:
-            return replace(state, stalled="the inner Newton fails however heavy the proximal term")
-        return self._centred(problem, state.centre, state.weight * _TIGHTEN, self.memory)

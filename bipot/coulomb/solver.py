@@ -22,37 +22,21 @@ from bipot.basics.definite import by_units
 from bipot.coulomb.problem import LARGEST, Affine, CoulombProblem, column_count
 from bipot.coulomb.solution import CoulombSolution, Judgement, Outcome, judge, known_force
 from bipot.errors import ProgramError, require, require_count, require_type
-from bipot.typing import Floats, Ints, make_floats, max_abs
+from bipot.typing import Floats, make_floats, max_abs
 
 # Above this many rows and below this part of entries that are stored a sparse factorisation beats a dense one.
 DENSE_ROWS = 300
 DENSE_FILLING = 0.2
 
 
-@dataclass(frozen=True, eq=False)
-class Blocks:
-    """W by contacts: ``data`` (k, d, d) of the contacts ``row`` and ``column`` (k,), sorted by row.
-
-    Every diagonal block is there, zero or not: ``diagonal`` (c,) are their numbers.
-    """
-
-    data: Floats
-    row: Ints
-    column: Ints
-    diagonal: Ints
-
-
-def blocks(W: sparse.csr_array, dim: int) -> Blocks:
-    """Gather the entries of W (dc, dc) into blocks."""
-    c = column_count(W) // dim
-    entries = sparse.coo_array(W)
-    row, column = entries.coords[0] // dim, entries.coords[1] // dim
-    each = np.arange(c)
-    keys, place = np.unique(np.r_[row * c + column, each * (c + 1)], return_inverse=True)
-    data = np.zeros((keys.size, dim, dim))
-    inside = entries.coords[0] % dim, entries.coords[1] % dim
-    np.add.at(data, (place[: row.size], *inside), entries.data)
-    return Blocks(data, keys // c, keys % c, place[row.size :])
+def blocks(W: sparse.csr_array, dim: int) -> sparse.bsr_array:
+    """W (dc, dc) in blocks of contacts; every diagonal block is there, zero or not."""
+    entries, each = sparse.coo_array(W), np.arange(column_count(W))
+    places = tuple(np.concatenate([along, each]) for along in entries.coords)
+    with_diagonal = sparse.coo_array((np.append(entries.data, np.zeros(each.size)), places), shape=W.shape)
+    out = sparse.bsr_array(sparse.csr_array(with_diagonal), blocksize=(dim, dim))
+    out.sort_indices()
+    return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +55,7 @@ class ScaledProblem(Affine):
     dim: int
     force: Floats
     length: Floats
-    blocks: Blocks | None
+    blocks: sparse.bsr_array | None
 
     def unscale(self, r: Floats) -> Floats:
         """Force in the units of the problem it came from."""
@@ -133,9 +117,7 @@ class Limits:
     patience: int = 1000
 
     def __post_init__(self) -> None:
-        make_floats(self, "tol", "seconds")
-        require(self.tol > 0, "tol", self.tol, "> 0")
-        require(self.seconds > 0, "seconds", self.seconds, "> 0")
+        make_floats(self, tol="> 0", seconds="> 0")
         require_count(self.iterations, "iterations", 0)
         require_count(self.patience, "patience")
 

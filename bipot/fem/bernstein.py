@@ -60,8 +60,9 @@ class Basis:
     def of(degree: int, element: Element) -> Basis:
         """The basis of ``degree`` in each coordinate on squares and cubes, in all together on other shapes."""
         cube, d = element.shape.cube, element.dimension
-        at, shape = (_chebyshev(degree), _cube) if cube else (np.linspace(0, 1, degree + 1), _simplex)
-        grid = at[_powers(degree, d, cube)]
+        shape, even = _cube if cube else _simplex, np.linspace(0, 1, degree + 1)
+        # On cubes Chebyshev's points with the ends, dyadic where they can be.
+        grid = (np.round((1 - np.cos(np.pi * even)) / 2, 15) if cube else even)[_powers(degree, d, cube)]
         inverse = np.asarray(np.linalg.inv(shape(grid, degree)), dtype=np.float64)
         turns, shifts = _halves(element)
         return Basis(
@@ -73,11 +74,6 @@ class Basis:
             turns=turns,
             shifts=shifts,
         )
-
-
-def _chebyshev(degree: int) -> Floats:
-    """Chebyshev's points (degree + 1,) of [0, 1], with its ends: dyadic where they can be."""
-    return np.round((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2, 15)
 
 
 def _powers(degree: int, dimension: int, cube: bool) -> Ints:

@@ -162,7 +162,9 @@ def gradients(
         InvertedElement: a Jacobian determinant or a radius at an integration point is not positive.
     """
     x, reduction = nodes.take(elements, axis=0), geometry.reduction
-    inverse, determinant = CLOSED_FORMS[reduction.dimension].cofactors(_by_reference(x, reference))
+    # dx/dxi (e, q, d, d), components first in memory: a product for each of them.
+    slopes = (x.transpose(2, 0, 1)[:, None] @ reference.gradients.transpose(2, 1, 0)).transpose(2, 3, 0, 1)
+    inverse, determinant = CLOSED_FORMS[reduction.dimension].cofactors(slopes)
     refuse_inverted(determinant, "Jacobian determinant", nodes, elements)
     inverse /= determinant[..., None, None]
     (e, q), k, d = determinant.shape, x.shape[1], reduction.dimension
@@ -186,8 +188,3 @@ def refuse_inverted(positive: Floats, name: str, nodes: Floats, elements: Ints) 
     worst = int(np.unravel_index(np.argmin(positive), positive.shape)[0])
     place = np.round(nodes[elements[worst]].mean(axis=0), 6)
     raise InvertedElement(f"element {worst} at {tuple(place.tolist())}: {name} {positive.min():.3g} is not positive")
-
-
-def _by_reference(x: Floats, reference: Reference) -> Floats:
-    """dx/dxi (e, q, d, d) of element values (e, k, d), components first in memory: a product for each of them."""
-    return (x.transpose(2, 0, 1)[:, None] @ reference.gradients.transpose(2, 1, 0)).transpose(2, 3, 0, 1)

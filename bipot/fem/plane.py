@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.fem.reduction import SQRT2, Geometry, Reduction
-from bipot.typing import Floats
+from bipot.typing import Floats, read_only
 
-UNIT = np.eye(2)
+UNIT = read_only(np.eye(2), np.float64)
 MANDEL = 4
 
 
@@ -23,12 +23,12 @@ def _rotations() -> Floats:
     out[1, [0, 1, 0, 1], [0, 1, 1, 0]] = [0.5, 0.5, -0.5, -0.5]
     out[1, 3, 3] = 1.0
     out[2, [3, 1, 3, 0], [0, 3, 1, 3]] = np.array([1.0, 1.0, -1.0, -1.0]) / SQRT2
-    return np.ascontiguousarray((out @ Geometry.AXISYMMETRIC.reduction.symmetric).reshape(3, -1).T)
+    return read_only(
+        np.ascontiguousarray((out @ Geometry.AXISYMMETRIC.reduction.symmetric).reshape(3, -1).T), np.float64
+    )
 
 
 ROTATIONS = _rotations()
-for _table in (UNIT, ROTATIONS):
-    _table.flags.writeable = False
 
 
 def cofactors(J: Floats) -> tuple[Floats, Floats]:

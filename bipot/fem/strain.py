@@ -20,7 +20,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Protocol
 
 import numpy as np
 
@@ -84,12 +83,15 @@ class Stresses:
         return replace(self, rotated=self.rotated[elements], returned=self.returned[elements], moduli=moduli)
 
 
-class Measure(Protocol):
-    """A strain measure."""
+@dataclass(frozen=True)
+class Fixed:
+    """Everything on the configuration of the increment's start, or of the body ``at_rest``."""
+
+    at_rest: bool = False
 
     def origin(self, rest: Floats, nodes: Floats) -> Floats:
         """The configuration (a, d) from which an increment is measured, of a body at ``rest`` that is at ``nodes``."""
-        ...
+        return rest if self.at_rest else nodes
 
     def increment(
         self,
@@ -105,41 +107,6 @@ class Measure(Protocol):
         Raises:
             InvertedElement: an element is inverted in a configuration that the measure evaluates.
         """
-        ...
-
-    def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
-        """K_e = d f_e / d dU (e, dk, dk), perhaps in ``scratch.K``."""
-        ...
-
-    def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
-        """The configurations (a, d) of strain and equilibrium, and the end, by their names."""
-        ...
-
-    def balanced(self, nodes: Floats, du: Floats) -> Floats:
-        """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
-        ...
-
-
-@dataclass(frozen=True)
-class Fixed:
-    """Everything on the configuration of the increment's start, or of the body ``at_rest``."""
-
-    at_rest: bool = False
-
-    def origin(self, rest: Floats, nodes: Floats) -> Floats:
-        """The configuration ``rest`` or ``nodes``."""
-        return rest if self.at_rest else nodes
-
-    def increment(
-        self,
-        nodes: Floats,
-        du: Floats,
-        elements: Ints,
-        reference: Reference,
-        geometry: Geometry,
-        projection: Projection | None = None,
-    ) -> Kinematics:
-        """See :class:`Measure`."""
         start = gradients(nodes, elements, reference, geometry, projection)
         g = start.of(du.take(elements, axis=0))
         straining = None if projection is None else projection.at(start.volume)
@@ -147,15 +114,15 @@ class Fixed:
         return Kinematics(**vars(start), strain=strain, middle=g, straining=straining)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
-        """K_e of (25)."""
+        """K_e = d f_e / d dU (e, dk, dk), here of (25)."""
         return element_stiffness(kin, stresses.moduli)
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
-        """Start and end."""
+        """The configurations (a, d) of strain and equilibrium, and the end, by their names."""
         return {"at the end of the increment": nodes + du, "at the start of the increment": nodes}
 
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
-        """The start."""
+        """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
         return nodes
 
 
@@ -164,7 +131,7 @@ class Midpoint:
     """Strain at the middle, equilibrium at the end."""
 
     def origin(self, rest: Floats, nodes: Floats) -> Floats:
-        """The current configuration, ``nodes``."""
+        """As :meth:`Fixed.origin`: ``nodes``."""
         return nodes
 
     def increment(
@@ -176,7 +143,7 @@ class Midpoint:
         geometry: Geometry,
         projection: Projection | None = None,
     ) -> Kinematics:
-        """See :class:`Measure`."""
+        """As :meth:`Fixed.increment`."""
         end = gradients(nodes + du, elements, reference, geometry, projection)
         reduction, forms = end.reduction, CLOSED_FORMS[end.reduction.dimension]
         middle, positive = forms.middle(end.of(du.take(elements, axis=0)), reduction)
@@ -192,7 +159,7 @@ class Midpoint:
         )
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
-        """See :class:`Measure`; in ``scratch.K``."""
+        """As :meth:`Fixed.tangent`, in ``scratch.K``."""
         step = len(scratch.D)
         for begin in range(0, len(scratch.K), step):
             some = slice(begin, min(begin + step, len(scratch.K)))
@@ -200,11 +167,11 @@ class Midpoint:
         return scratch.K
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
-        """Middle and end."""
+        """As :meth:`Fixed.placements`: middle and end."""
         return {"at the end of the increment": nodes + du, "at the middle of the increment": nodes + du / 2}
 
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
-        """The end."""
+        """As :meth:`Fixed.balanced`: the end."""
         return nodes + du
 
 
@@ -252,9 +219,9 @@ class Configuration(Enum):
     SMALL = "small"
 
     @property
-    def measure(self) -> Measure:
+    def measure(self) -> Fixed | Midpoint:
         """The measure."""
         return _MEASURES[self.value]
 
 
-_MEASURES: dict[str, Measure] = {"midpoint": Midpoint(), "paper": Fixed(), "small": Fixed(at_rest=True)}
+_MEASURES = {"midpoint": Midpoint(), "paper": Fixed(), "small": Fixed(at_rest=True)}

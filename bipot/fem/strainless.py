@@ -231,7 +231,9 @@ def kept_by_means(mesh: Mesh, geometry: Geometry) -> Floats:
     x, middle = x[..., list(ways)], middle[:, list(ways)]
     off, count = x - middle[:, None], corners.shape[1]
     inside = einsum("e,eki,ekj->eij", volume / (count * (count + 1)), off, off)
-    beside = _in_corners(corners)
+    own = sp.csr_matrix((np.ones(corners.size), corners.ravel(), count * np.arange(len(corners) + 1)))
+    # Elements that share a corner, each with itself.
+    beside = (own @ own.T > 0).astype(float)
     whole, first = beside @ volume, beside @ (volume[:, None] * middle)
     second = beside @ einsum("e,ei,ej->eij", volume, middle, middle).reshape(len(middle), -1)
     between = second.reshape(inside.shape) - einsum("ei,ej,e->eij", first, first, 1 / whole)
@@ -241,12 +243,3 @@ def kept_by_means(mesh: Mesh, geometry: Geometry) -> Floats:
     over = along / np.sqrt(np.maximum(part, FLAT * part[:, -1:]))[:, None]
     least: Floats = np.linalg.eigh(over.transpose(0, 2, 1) @ between @ over)[0]
     return least[:, 0]
-
-
-def _in_corners(corners: Ints) -> sp.csr_matrix:
-    """Which elements (e, e) share a corner, of elements' ``corners`` (e, n), themselves included: ones."""
-    count, width = corners.shape
-    own = sp.csr_matrix((np.ones(corners.size), corners.ravel(), width * np.arange(count + 1)))
-    shared = sp.csr_matrix(own @ own.T)
-    shared.data[:] = 1.0
-    return shared

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from bipot.conic.problem import Claim, Timing
-from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_type
+from bipot.errors import BipotError, InvertedElement, NotConverged, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
 from bipot.forms.outset import FLOWS, flow_from_rest, resisted, touching
@@ -38,10 +38,7 @@ class Reuse:
     near: float = 3e-5
 
     def __post_init__(self) -> None:
-        make_floats(self, "fall", "turn", "near", of="newton.reuse.")
-        for name in ("fall", "turn", "near"):
-            value = getattr(self, name)
-            require(0 <= value < 1, f"newton.reuse.{name}", value, "in [0, 1)")
+        make_floats(self, of="newton.reuse.", fall="in [0, 1)", turn="in [0, 1)", near="in [0, 1)")
 
 
 @dataclass(frozen=True)

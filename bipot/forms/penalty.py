@@ -74,10 +74,9 @@ class Penalised(ABC):
     kind: TangentKind = TangentKind.CONSISTENT
 
     def __post_init__(self) -> None:
-        make_floats(self, "K_n", "K_t")
+        make_floats(self, K_n="finite and > 0", K_t="finite and > 0")
         require_type(self.optimiser, Optimiser, "penalty.optimiser")
         require_type(self.kind, TangentKind, "penalty.kind")
-        require_positive(K_n=self.K_n, K_t=self.K_t)
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
         """The state before the first pass."""

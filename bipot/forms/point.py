@@ -69,7 +69,11 @@ class Law:
         rows, motion = iterate.rows, iterate.motion
         largest = max(max_abs(r), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
-        clear = motion if last is not None else _without_round_off(iterate, motion)
+        clear = motion
+        if last is None:
+            # Without forces yet, a gap of 1e-17 is an open contact and such a slip slides: nothing may hold the body.
+            places = max(max_abs(iterate.increment.start.nodes), max_abs(iterate.response.du))
+            clear = np.where(np.abs(motion) > FAINT * places, motion, 0.0)
         pieces = Pieces.of(rows, clear, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
@@ -85,12 +89,3 @@ class Law:
     def frames_at(self, iterate: Iterate) -> Frames:
         """The contacts' frames at an iterate."""
         return self.frames.turned(iterate.rows) if iterate.increment.system.candidates.curved else self.frames
-
-
-def _without_round_off(iterate: Iterate, motion: Floats) -> Floats:
-    """The ``motion`` (c, d) with zero for round-off, which would choose the pieces where an attempt begins.
-
-    Without forces yet, a gap of 1e-17 is an open contact and such a slip slides: nothing may hold the body then.
-    """
-    places = max(max_abs(iterate.increment.start.nodes), max_abs(iterate.response.du))
-    return np.where(np.abs(motion) > FAINT * places, motion, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bipot.errors import require, require_count
+from bipot.errors import require_count
 from bipot.forms.point import Point
 from bipot.typing import Floats, make_floats
 
@@ -36,10 +36,7 @@ class Search:
     trials: int = 5
 
     def __post_init__(self) -> None:
-        make_floats(self, "fall", "work", "landing", of="newton.search.")
-        for name in ("fall", "work", "landing"):
-            value = getattr(self, name)
-            require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
+        make_floats(self, of="newton.search.", fall="in [0, 1)", work="in [0, 1)", landing="in [0, 1)")
         require_count(self.trials, "newton.search.trials", 0)
 
 

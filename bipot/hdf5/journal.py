@@ -54,26 +54,14 @@ class Journaled(io.RawIOBase):
         failed: whether a commit failed, or writes are to be discarded: nothing more is put on disk.
     """
 
-    def __init__(self, path: Path, descriptor: int | None, pages: Pages, *, writable: bool) -> None:
+    def __init__(self, path: Path, descriptor: int | None, pages: Pages) -> None:
         self.path, self.name, self.failed = path, str(path), False
-        self._descriptor, self._writable = descriptor, writable
+        self._descriptor = descriptor
         self._dirty = {number: bytearray(page) for number, page in pages.items()}
         self._committed = os.fstat(descriptor).st_size if descriptor is not None else 0
         self._size, self._position = self._committed, 0
 
     # What h5py calls.
-
-    def readable(self) -> bool:
-        """It is."""
-        return True
-
-    def writable(self) -> bool:
-        """Whether it is."""
-        return self._writable
-
-    def seekable(self) -> bool:
-        """It is."""
-        return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
         """Set the position."""
@@ -194,18 +182,18 @@ class Journaled(io.RawIOBase):
 
 def creating(path: Path) -> Journaled:
     """A new file, which appears under its name with its first commit and replaces what was there."""
-    return Journaled(path, None, {}, writable=True)
+    return Journaled(path, None, {})
 
 
 def writing(path: Path) -> Journaled:
     """An existing file, recovered, to be written on; raises OSError."""
     recover(path)
-    return Journaled(path, os.open(path, os.O_RDWR | _BINARY), {}, writable=True)
+    return Journaled(path, os.open(path, os.O_RDWR | _BINARY), {})
 
 
 def reading(path: Path) -> Journaled:
     """An existing file to be read, a commit that was interrupted finished in memory; raises OSError."""
-    return Journaled(path, os.open(path, os.O_RDONLY | _BINARY), pages_in(path), writable=False)
+    return Journaled(path, os.open(path, os.O_RDONLY | _BINARY), pages_in(path))
 
 
 _BINARY = getattr(os, "O_BINARY", 0)

@@ -182,10 +182,9 @@ class Swift:
     exponent: float
 
     def __post_init__(self) -> None:
-        make_floats(self, "strength", "offset", "exponent")
+        make_floats(self, "strength", "offset", exponent="in [0, 1]")
         _require_positive("strength", self.strength)
         _require_positive("offset", self.offset)
-        require(0 <= self.exponent <= 1, "exponent", self.exponent, "in [0, 1]")
         _require_positive("sigma_y", float(self.yield_stress(0.0)))
 
     def yield_stress(self, peeq: ArrayLike) -> Floats:

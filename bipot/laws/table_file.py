@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 from bipot.errors import SceneError, require, require_path
 
@@ -11,16 +10,10 @@ LARGEST = 2**22
 """Most bytes of a file that is read."""
 
 
-class TwoColumns(NamedTuple):
-    """A file's two columns, and the number of each row's line, counted from 1."""
-
-    lines: tuple[int, ...]
-    first: tuple[float, ...]
-    second: tuple[float, ...]
-
-
-def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None = ",") -> TwoColumns:
-    """Read the table; ``names`` are those of its columns in messages.
+def two_columns(
+    path: str | Path, names: tuple[str, str], delimiter: str | None
+) -> tuple[tuple[int, ...], tuple[float, ...], tuple[float, ...]]:
+    """The numbers of a table's lines, from 1, and its two columns; ``names`` are those of these in messages.
 
     The first line may be a header, without a number in it. What follows a #, and empty lines, are comments. Columns are
     parted by ``delimiter``, by white space where that is None; decimals have a point.
@@ -47,7 +40,8 @@ def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None 
             first, second = (_required(cell, f"{place}: {name}") for cell, name in zip(cells, names, strict=True))
             rows.append((number, first, second))
     require(len(rows) >= 2, f"{path}: rows of numbers", len(rows), "at least two")
-    return TwoColumns(*zip(*rows, strict=True))
+    lines, first, second = zip(*rows, strict=True)
+    return lines, first, second
 
 
 def _text(path: str | Path) -> str:

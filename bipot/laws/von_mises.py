@@ -7,7 +7,6 @@ deviator becomes √(2/3) σ_Y(p + dp) N.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -29,7 +28,7 @@ from bipot.tensors import (
     norm,
     trace,
 )
-from bipot.typing import Bools, Floats, einsum, make_floats
+from bipot.typing import Bools, Floats, einsum, make_floats, read_only
 
 _MAX_ITERATIONS = 200
 """Far above the iterations that Newton safeguarded by bisection takes."""
@@ -59,9 +58,7 @@ class TangentKind(Enum):
 def isotropic(volumetric: float, deviatoric: float, size: int) -> Floats:
     """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s), read-only; kept, because every pass asks for it."""
     unit = identity(size)
-    tensor = volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size)
-    tensor.flags.writeable = False
-    return tensor
+    return read_only(volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size), np.float64)
 
 
 @dataclass(frozen=True)
@@ -76,8 +73,7 @@ class Elasticity:
     poisson: float
 
     def __post_init__(self) -> None:
-        make_floats(self, "young", "poisson")
-        require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
+        make_floats(self, "poisson", young="finite and > 0")
         require_magnitude(self.young, "young", LARGEST_STRESS)
         inside = NEAR - 1 <= self.poisson <= 0.5 - NEAR
         require(inside, "poisson", self.poisson, f"inside (-1, 0.5), at least {NEAR:g} from its ends")

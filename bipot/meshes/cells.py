@@ -49,8 +49,7 @@ class Fine:
     elements: int
 
     def __post_init__(self) -> None:
-        make_floats(self, "length", of="fine.")
-        require_positive(**{"fine.length": self.length})
+        make_floats(self, of="fine.", length="finite and > 0")
         require_count(self.elements, "fine.elements")
         object.__setattr__(self, "elements", int(self.elements))
 

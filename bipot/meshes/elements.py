@@ -168,6 +168,12 @@ class Element(Enum):
         middle = self.places[np.array(self.shape.edges)].mean(axis=1)
         return np.vstack([self.places, middle, self.places.mean(axis=0)])[: self.nodes]
 
+    def grid(self, count: int) -> Floats:
+        """Places (p, d) spread evenly over the reference shape, ``count`` along each edge; exact if that is 2^k + 1."""
+        line = np.linspace(0.0, 1.0, count)
+        places = np.stack(np.meshgrid(*[line] * self.dimension), axis=-1).reshape(-1, self.dimension)
+        return places if self.shape.cube else places[places.sum(axis=1) <= 1]
+
     @cached_property
     def mirrored(self) -> Ints:
         """The nodes in the order of the mirror image, from the same first corner: in a plane the other way around.

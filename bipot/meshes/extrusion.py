@@ -70,16 +70,14 @@ def extruded(base: MeshParts, heights: Floats) -> MeshParts:
     low = count * np.arange(len(heights) - 1)[:, None, None]
     cells = base.elements if solid else np.sort(base.elements, axis=1)
     prisms = np.concatenate([cells + low, cells + low + count], axis=2).reshape(-1, 2 * cells.shape[1])
-    elements = prisms if solid else _turned(nodes, prisms[:, PRISM].reshape(-1, 4))
+    elements = prisms if solid else prisms[:, PRISM].reshape(-1, 4)
+    if not solid:
+        # Those numbered as mirror images are renumbered.
+        x = nodes[elements]
+        inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
+        elements[inverted] = elements[inverted][:, Element.T4.mirrored]
     boundaries = {name: _upright(edges, low, count, solid) for name, edges in base.boundaries.items()}
     return MeshParts(nodes, elements, boundaries | {"base": base.elements, "top": base.elements + low.max() + count})
-
-
-def _turned(nodes: Floats, cells: Ints) -> Ints:
-    """The tetrahedra, those numbered as mirror images renumbered."""
-    x = nodes[cells]
-    inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
-    return np.where(inverted[:, None], cells[:, Element.T4.mirrored], cells)
 
 
 def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:
@@ -99,7 +97,9 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     line = np.linspace(0.0 if quarter else -1.0, 1.0, square * (1 if quarter else 2) + 1)
     inner = np.arange(len(line) ** 2).reshape(len(line), -1)
     core = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-    around = _around(inner, quarter)
+    # Around the square, anticlockwise: in a quarter along its far sides, else back to the first.
+    far = np.concatenate([inner[-1], inner[-2::-1, -1]])
+    around = far if quarter else np.concatenate([far, inner[0, -2::-1], inner[1:, 0]])
     distinct = around if quarter else around[:-1]
     outer = inner.size + np.arange(len(distinct) * (len(rings) - 1)).reshape(-1, len(distinct))
     layers = np.vstack([around, outer if quarter else np.column_stack([outer, outer[:, 0]])])
@@ -135,12 +135,6 @@ def annulus(radii: Floats, count: int, quarter: bool, element: Element) -> Round
         sides |= {"front": number[:, 0], "left": number[:, -1]}
     edges = edges_along(tuple(sides), tuple(sides.values()))
     return Round(MeshParts(nodes, cells_between(number, element), edges), arcs)
-
-
-def _around(inner: Ints, quarter: bool) -> Ints:
-    """Numbers of the nodes around the square, anticlockwise: in a quarter of its far sides, else back to the first."""
-    far = np.concatenate([inner[-1], inner[-2::-1, -1]])
-    return far if quarter else np.concatenate([far, inner[0, -2::-1], inner[1:, 0]])
 
 
 def _circle(square: Floats) -> Floats:

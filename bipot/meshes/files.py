@@ -259,18 +259,13 @@ def _covered(members: Ints, facets: Facets) -> Ints:
     return found if np.isin(members, found).all() else found[:0]
 
 
-class Text(io.StringIO):
-    """The text of a file with its path, to which included files are relative."""
-
-    def __init__(self, text: str, path: Path) -> None:
-        super().__init__(text)
-        self.name = str(path)
-
-
-def plain_types(path: Path) -> Text:
+def plain_types(path: Path) -> io.TextIOBase:
     """The file's text with types for plane strain, plane stress and revolution replaced by those of plain shapes.
 
     They differ in mechanics only, which a mesh does not contain.
     """
-    text = path.read_text(encoding="utf-8", errors="replace")
-    return Text(PLANE.sub(lambda found: found[1] + PLAIN[found[2]], text), path)
+    given = path.read_text(encoding="utf-8", errors="replace")
+    text = io.StringIO(PLANE.sub(lambda found: found[1] + PLAIN[found[2]], given))
+    # Included files are relative to it.
+    text.name = str(path)  # type: ignore[attr-defined]
+    return text

@@ -20,7 +20,6 @@ from bipot.typing import Floats, Ints
 
 Span = tuple[float, float]
 Names = tuple[str, str, str, str]
-Axes = tuple[Floats, Floats]
 
 CUBE = Element.H8.shape.corners
 TETRAHEDRA = np.array([(0, 1, 2, 6), (0, 5, 1, 6), (0, 3, 7, 6), (0, 2, 3, 6), (0, 4, 5, 6), (0, 7, 4, 6)])
@@ -92,11 +91,10 @@ def rectangle(
     plane = elements_of(2)
     require(element in plane, "element", element.name, f"one of a plane, of {[flat.name for flat in plane]}")
     require_layout_room(n, element, layout, tuple(counts))
-    x_far, y_far = (along(*side, k, how) for side, k, how in zip((x, y), n, grading, strict=True))
-    if layout is Layout.TENSOR:
-        return converted(_tensor(x_far, y_far, names, element), element)
-    x_near, y_near = (along(*side, k + 1, how) for side, k, how in zip((x, y), n, grading, strict=True))
-    return converted(_fanned((x_near, y_near), (x_far, y_far), names, element), element)
+    sides = list(zip((x, y), n, grading, strict=True))
+    far = [along(*side, k, how) for side, k, how in sides]
+    near = None if layout is Layout.TENSOR else [along(*side, k + 1, how)[:-1] for side, k, how in sides]
+    return converted(grid(far, names, element, near), element)
 
 
 def require_layout_room(counts: Sequence[int], element: Element, layout: Any, fields: Sequence[str]) -> None:
@@ -104,32 +102,6 @@ def require_layout_room(counts: Sequence[int], element: Element, layout: Any, fi
     require_type(layout, Layout, "layout")
     whole = [int(count) for count in counts]
     require_room(layout.count(*whole), element, dict(zip(fields, whole, strict=True)))
-
-
-def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> MeshParts:
-    """Cells of straight edges between the lines ``x`` (n + 1,) and ``y`` (m + 1,)."""
-    number = np.arange(len(x) * len(y)).reshape(len(x), len(y))
-    sides = number[0], number[-1], number[:, 0], number[:, -1]
-    return MeshParts(_lines(x, y), cells_between(number, element), edges_along(names, sides))
-
-
-def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> MeshParts:
-    """Cells in three blocks, by ends along the ``near`` sides, (n + 2,), (m + 2,), and ``far``, (n + 1,), (m + 1,)."""
-    (x, y), (u, v) = far, near
-    n, m = len(x) - 1, len(y) - 1
-    inner = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
-    top = inner.size + np.arange(n + 1)
-    right = np.append(top[-1] + 1 + np.arange(m), top[-1])
-    nodes = np.vstack([_lines(u[:-1], v[:-1]), _lines(x, y[-1:]), _lines(x[-1:], y[:-1])])
-    blocks = (inner, 0), (np.column_stack([inner[:, -1], top]), n), (np.vstack([inner[-1], right]), m)
-    cells = np.vstack([cells_between(number, element, parity) for number, parity in blocks])
-    sides = np.append(inner[0], top[0]), right, np.append(inner[:, 0], right[0]), top
-    return MeshParts(nodes, cells, edges_along(names, sides))
-
-
-def _lines(x: Floats, y: Floats) -> Floats:
-    """Points (n, 2) where the lines ``x`` and ``y`` cross, one line x after the other."""
-    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def cells_between(number: Ints, element: Element, parity: int = 0) -> Ints:
@@ -151,43 +123,48 @@ def edges_along(names: Sequence[str], sides: Sequence[Ints]) -> dict[str, Ints]:
     return {name: np.column_stack([side[:-1], side[1:]]) for name, side in zip(names, sides, strict=True)}
 
 
-def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[str], element: Element) -> MeshParts:
-    """H8 or T4 in three layers around an inner box, fanned out around the corner of its far faces.
+def grid(
+    far: Sequence[Floats], names: Sequence[str], element: Element, near: Sequence[Floats] | None = None
+) -> MeshParts:
+    """Elements of straight edges between lines or planes that cross at the ends ``far`` (n + 1,) along each axis.
 
-    Nodes (i, j, k), 0 <= i <= n_x and so on, exist in the inner part, graded such that one more element of each axis
-    fits in, and those with i = n_x, j = n_y or k = n_z once more on the far faces. Elements are between the inner nodes
-    and, in one layer at each far face, between inner nodes and far ones of the same indices.
+    With ``near``, those ends (n + 1,) of which one more element of each axis would fit in, the elements at these are an
+    inner part, around which layers are fanned out around the corner of its far faces. Nodes (i, j, k), 0 <= i <= n_x
+    and so on, exist in the inner part, and those with i = n_x, j = n_y or k = n_z once more on the far faces. Elements
+    are between inner nodes and, in one layer at each far face, between inner nodes and far ones of the same indices.
 
     Tetrahedra go from the first corner of a hexahedron to its last along three of its edges, one for each order of the
-    axes: they cut all faces from their first corner to their last, so that neighbours cut them alike.
-
-    ``near`` are the ends (n + 1,) of the inner elements along each axis, ``far`` those on the far faces, where the box
-    ends; ``names`` of the faces are the near one and the far one, axis by axis.
+    axes: they cut all faces from their first corner to their last, so that neighbours cut them alike. ``names`` of the
+    sides or faces are the near one and the far one, axis by axis.
     """
     shape = tuple(len(ends) for ends in far)
-    index = np.indices(shape)
-    on_far = (index == np.reshape(shape, (3, 1, 1, 1)) - 1).any(axis=0)
-    inner = np.arange(on_far.size).reshape(shape)
-    outer = np.full(shape, -1)
-    outer[on_far] = on_far.size + np.arange(on_far.sum())
-    layers = [np.stack([inner.take(-1, axis), outer.take(-1, axis)], axis) for axis in range(3)]
-    cells = np.vstack([_cells(number, element) for number in (inner, *layers)])
+    index, d = np.indices(shape), len(shape)
+    inner = outer = np.arange(index[0].size).reshape(shape)
+    layers, nodes = list[Ints](), _places(far, index.reshape(d, -1))
+    if near is not None:
+        on_far = (index == np.reshape(shape, (d, *[1] * d)) - 1).any(axis=0)
+        outer = np.full(shape, -1)
+        outer[on_far] = on_far.size + np.arange(on_far.sum())
+        layers = [np.stack([inner.take(-1, axis), outer.take(-1, axis)], axis) for axis in range(d)]
+        nodes = np.vstack([_places(near, index.reshape(d, -1)), nodes[on_far.ravel()]])
+    cells = np.vstack([_cells(inner, element), *(_cells(layer, element, sum(layer.shape) - 3) for layer in layers)])
     boundaries = {}
     for axis, (close, distant) in enumerate(zip(names[::2], names[1::2], strict=True)):
         through = [inner, *(layer for along, layer in enumerate(layers) if along != axis)]
         boundaries[close] = np.vstack([_faces(number.take(0, axis), element) for number in through])
         boundaries[distant] = _faces(outer.take(-1, axis), element)
-    nodes = np.vstack([_places(near, index.reshape(3, -1)), _places(far, index[:, on_far])])
     return MeshParts(nodes, cells, boundaries)
 
 
 def _places(axes: Sequence[Floats], index: Ints) -> Floats:
-    """Nodes (a, 3) with the indices ``index`` (3, a) along the ``axes``."""
+    """Nodes (a, d) with the indices ``index`` (d, a) along the ``axes``."""
     return np.column_stack([ends[at] for ends, at in zip(axes, index, strict=True)])
 
 
-def _cells(number: Ints, element: Element) -> Ints:
-    """Elements between nodes whose ``number`` (n + 1, m + 1, l + 1) runs along the axes."""
+def _cells(number: Ints, element: Element, parity: int = 0) -> Ints:
+    """Elements between nodes whose ``number`` (n + 1, m + 1) or (n + 1, m + 1, l + 1) runs along the axes."""
+    if number.ndim == 2:
+        return cells_between(number, element, parity)
     n, m, k = (count - 1 for count in number.shape)
     corners = [number[x : n + x, y : m + y, z : k + z].ravel() for x, y, z in CUBE]
     cells = np.column_stack(corners)
@@ -195,6 +172,8 @@ def _cells(number: Ints, element: Element) -> Ints:
 
 
 def _faces(number: Ints, element: Element) -> Ints:
-    """Quadrilaterals, or their halves, between nodes whose ``number`` (n + 1, m + 1) runs along the axes."""
+    """Edges, quadrilaterals or halves of these between nodes whose ``number`` (n + 1,) or (n + 1, m + 1) runs along."""
+    if number.ndim == 1:
+        return np.column_stack([number[:-1], number[1:]])
     faces = cells_between(number, Element.Q4)
     return faces if element is Element.H8 else faces[:, TRIANGLES].reshape(-1, 3)

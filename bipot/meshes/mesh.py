@@ -58,7 +58,11 @@ class Mesh:
         kinds = {element.nodes: element.name for element in elements_of(nodes.shape[1])}
         elements = _connectivity(self.elements, kinds, "mesh.elements", "element", len(nodes))
         _require_elements(elements, len(nodes))
-        _require_near(nodes)
+        far, size = max_abs(nodes), float(np.ptp(nodes, axis=0).max())
+        require_magnitude(size, "mesh.size", LARGEST_LENGTH)
+        # Farther from the origin shapes and displacements are lost in round-off.
+        allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"
+        require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
         require_facets(self._facets, self.elements)
@@ -219,14 +223,6 @@ class Mesh:
     def size(self) -> float:
         """Largest extent of the mesh along an axis: the body size that scales lengths."""
         return float(np.ptp(self.nodes, axis=0).max())
-
-
-def _require_near(nodes: Floats) -> None:
-    """Refuse positions so far from the origin that shapes and displacements are lost in round-off."""
-    far, size = max_abs(nodes), float(np.ptp(nodes, axis=0).max())
-    require_magnitude(size, "mesh.size", LARGEST_LENGTH)
-    allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"
-    require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
 
 
 def _connectivity(given: object, widths: Mapping[int, str], field: str, what: str, count: int) -> Ints:

@@ -8,7 +8,7 @@ from bipot.errors import require, require_count, require_number, require_positiv
 from bipot.meshes.cells import converted, graded, require_room, require_sides
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
-from bipot.meshes.layout import Layout, fanned_box, rectangle, require_layout_room
+from bipot.meshes.layout import Layout, grid, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
 Gradings = tuple[float, ...]
@@ -50,7 +50,7 @@ def brick(
         far = [graded(0.0, length, n, ratio) for length, n, ratio in sides]
         near = [graded(0.0, length, n + 1, ratio)[:-1] for length, n, ratio in sides]
         corners = Element.H8 if element.shape.cube else Element.T4
-        return Mesh(*converted(fanned_box(near, far, (*names, "base", "top"), corners), element))
+        return Mesh(*converted(grid(far, (*names, "base", "top"), corners, near), element))
     sides = (0.0, width), (0.0, depth)
     flat = rectangle(*sides, {"n_x": n_x, "n_y": n_y}, grading[:2], names, FLAT[element.shape], layout)
     return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2])), element))
@@ -87,9 +87,7 @@ def cylinder_3d(
     require_sides(radius=radius, height=height)
     counts = _counts(n_square=n_square, n_r=n_r, n_z=n_z)
     n_square, n_r, n_z = counts.values()
-    for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
-        require_type(value, bool, name)
-    _require_solid(element, grading, 2)
+    _require_solid(element, grading, 2, quarter=quarter, curved=curved, inscribed=inscribed)
     a_quarter = n_square * (n_square + 2 * n_r) * n_z
     require_room(a_quarter * (1 if quarter else 4), element, counts)
     arcs = curved and element.quadratic
@@ -131,9 +129,7 @@ def ring_3d(
     require_sides(**{"outer - inner": outer - inner, "height": height})
     counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
     n_around, n_r, n_z = counts.values()
-    for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
-        require_type(value, bool, name)
-    _require_solid(element, grading, 2)
+    _require_solid(element, grading, 2, quarter=quarter, curved=curved, inscribed=inscribed)
     require_room(n_around * n_r * n_z * (1 if quarter else 4), element, counts)
     arcs = curved and element.quadratic
     wider = 1.0 if inscribed else _widened(n_around, arcs)
@@ -160,7 +156,9 @@ def _widened(count: int, arcs: bool) -> float:
     return float(np.sqrt(half / (np.sin(half) * area)))
 
 
-def _require_solid(element: Element, grading: Gradings, axes: int) -> None:
+def _require_solid(element: Element, grading: Gradings, axes: int, **choices: bool) -> None:
+    for name, value in choices.items():
+        require_type(value, bool, name)
     require_type(element, Element, "element")
     solids = elements_of(3)
     require(element in solids, "element", element.name, f"one of space, of {[solid.name for solid in solids]}")

@@ -42,14 +42,10 @@ def animate(result: History, field: str, path: str | Path, *, frames: int = 40, 
     require(SLOWEST <= rate <= FASTEST, "rate", rate, f"in [{SLOWEST:g}, {FASTEST:g}] frames per second")
     if find_spec("PIL") is None:
         raise ResultsError(f"{path}: an animation needs pillow: pip install bipot[studies]")
-    replace(path, _gif(result, field, _steps(result, frames), rate), ResultsError)
-    return path
-
-
-def _steps(result: History, frames: int) -> list[float]:
-    """Pseudo-times of the drawn steps, with the first and the last; of one frame alone the last."""
+    # The last step first: a single frame shows that.
     chosen = np.linspace(len(result.times) - 1, 0, min(frames, len(result.times))).round().astype(int)[::-1]
-    return result.times[chosen].tolist()
+    replace(path, _gif(result, field, result.times[chosen].tolist(), rate), ResultsError)
+    return path
 
 
 def _gif(result: History, field: str, taus: list[float], rate: float) -> bytes:

@@ -85,7 +85,11 @@ def contour(
     frame(axes, result, nodes)
     axes.set_title(moment(result, snapshot))
     if colorbar:
-        axes.figure.colorbar(drawn, ax=axes, label=_label(result, field), shrink=SHRUNK)
+        base, part = split(Place.NODES, field, result.geometry)
+        known = FIELDS[Place.NODES][base]
+        name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
+        unit = "" if known.quantity is Quantity.RATIO else f" ({_unit(result, known.quantity)})"
+        axes.figure.colorbar(drawn, ax=axes, label=name + unit, shrink=SHRUNK)
     return drawn
 
 
@@ -108,14 +112,6 @@ def moment(result: History, snapshot: Snapshot) -> str:
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
 
 
-def _label(result: History, field: str) -> str:
-    """The name of a field, with its unit unless it is a ratio."""
-    base, part = split(Place.NODES, field, result.geometry)
-    known = FIELDS[Place.NODES][base]
-    name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
-    return f"{name} ({_unit(result, known.quantity)})" if known.quantity is not Quantity.RATIO else name
-
-
 def _unit(result: History, quantity: Quantity) -> str:
     return unit_of(quantity, result.units, result.geometry)
 
@@ -136,13 +132,10 @@ def tessellation(element: Element) -> tuple[Floats, Ints]:
     >>> [len(part) for part in tessellation(Element.T3)]
     [15, 16]
     """
-    side = np.arange(PIECES + 1)
-    grid = [(i, j) for j in side.tolist() for i in side.tolist() if element.corners == 4 or i + j <= PIECES]
-    number = {place: k for k, place in enumerate(grid)}
-    cells = [(i, j) for i, j in grid if {(i + 1, j), (i, j + 1)} <= number.keys()]
-    lower = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in cells]
-    upper = [(number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in cells if (i + 1, j + 1) in number]
-    return np.array(grid) / PIECES, np.array(lower + upper)
+    from scipy.spatial import Delaunay
+
+    points = element.grid(PIECES + 1)
+    return points, Delaunay(points).simplices.astype(np.intp)
 
 
 def nodal_values(snapshot: Snapshot, field: str) -> Floats:

@@ -196,13 +196,13 @@ class ContactRows:
 
     def motion(self, x: Floats) -> Floats:
         """(g + du_n, du_t) (c, d), zero tangential part where there is no friction row."""
-        row, column, entry = self._entries
+        row, column, entry = self.entries
         moved = np.bincount(row, entry * x[column], minlength=self._still.size)
         return self._still + moved.reshape(self._still.shape)
 
     def forces(self, r: Floats) -> Floats:
         """G_n^T r_n + G_t^T r_t (n,): contact forces r (c, d) on the unknowns."""
-        row, column, entry = self._entries
+        row, column, entry = self.entries
         return np.asarray(np.bincount(column, entry * r.ravel()[row], minlength=self.size), dtype=np.float64)
 
     @cached_property
@@ -213,7 +213,7 @@ class ContactRows:
         return out
 
     @cached_property
-    def _entries(self) -> tuple[Ints, Ints, Floats]:
+    def entries(self) -> tuple[Ints, Ints, Floats]:
         """Row in the motion (c, d) as one vector, unknown and value (nnz,) of every entry of G_n and G_t.
 
         Sums over these are faster than products with two such small matrices and their transposes.

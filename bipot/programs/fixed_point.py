@@ -20,7 +20,7 @@ from enum import Enum
 import numpy as np
 
 from bipot.coulomb.acceleration import Anderson, Past
-from bipot.errors import require, require_count, require_type
+from bipot.errors import require_count, require_type
 from bipot.programs.data import ContactRows
 from bipot.typing import Floats, make_floats
 
@@ -90,11 +90,9 @@ class Safeguard:
 
     def __post_init__(self) -> None:
         require_type(self.first, Frozen, "safeguard.first")
-        make_floats(self, "falls", "least", of="safeguard.")
-        require(self.falls > 0, "safeguard.falls", self.falls, "> 0")
+        make_floats(self, of="safeguard.", falls="> 0", least="in (0, 1]")
         require_count(self.patience, "safeguard.patience")
         require_count(self.depth, "safeguard.depth")
-        require(0 < self.least <= 1, "safeguard.least", self.least, "in (0, 1]")
 
 
 @dataclass(frozen=True)
@@ -160,7 +158,8 @@ class Coupling:
         ratios = self.ratios
         if SETTLED < self.residual < np.inf:
             ratios = (*ratios, residual / self.residual)[-LAST:]
-        report = Coupled(ROUTES[self.frozen][self.mixing.value], _mean(ratios), self.report.steps + 1)
+        contraction = float(np.exp(np.log(np.maximum(ratios, np.finfo(float).tiny)).mean())) if ratios else np.nan
+        report = Coupled(ROUTES[self.frozen][self.mixing.value], contraction, self.report.steps + 1)
         better = residual <= max(self.rule.falls * self.best, SETTLED)
         waited = 0 if better else self.waited + 1
         if self.second and waited >= self.rule.patience << self.switches:
@@ -219,8 +218,3 @@ def _cosine(a: Floats, b: Floats) -> float:
 
 def _finite(value: Floats) -> Floats:
     return np.where(np.isfinite(value), value, 0.0)
-
-
-def _mean(ratios: tuple[float, ...]) -> float:
-    """Geometric mean, NaN if there are no ratios."""
-    return float(np.exp(np.mean(np.log(np.maximum(ratios, np.finfo(float).tiny))))) if ratios else float("nan")

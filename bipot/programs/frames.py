@@ -92,16 +92,11 @@ class Touched:
     @staticmethod
     def of(rows: ContactRows) -> Touched:
         """The pairs of all rows."""
-        width = 1 + rows.tangents
-        tangent_lengths = np.diff(rows.G_t.indptr)
-        tangent = np.tile(np.arange(1, width), len(rows.frictional)).repeat(tangent_lengths)
-        rubbing = rows.frictional.repeat(rows.tangents).repeat(tangent_lengths)
-        contact = np.concatenate([np.repeat(np.arange(rows.count), np.diff(rows.G_n.indptr)), rubbing])
-        axis = np.concatenate([np.zeros(rows.G_n.nnz, dtype=np.intp), tangent])
-        dof = np.concatenate([rows.G_n.indices, rows.G_t.indices])
+        line, dof, entry = rows.entries
+        contact, axis = np.divmod(line, 1 + rows.tangents)
         pairs, inverse = np.unique(contact * rows.size + dof, return_inverse=True)
-        column = np.zeros((len(pairs), width))
-        column[inverse, axis] = np.concatenate([rows.G_n.data, rows.G_t.data])
+        column = np.zeros((len(pairs), 1 + rows.tangents))
+        column[inverse, axis] = entry
         return Touched(rows.count, *np.divmod(pairs, rows.size), column)
 
     def alone(self, n: int) -> Bools:

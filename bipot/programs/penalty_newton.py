@@ -74,7 +74,10 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
         ProgramError: the residual stays above 1e-3 of the largest force, or the stiffness is singular.
     """
     began = time.perf_counter()
-    terms, model, rho = program.contact, Model(program.K, program.f, program.contact.rows), _scales(program)
+    terms, model = program.contact, Model(program.K, program.f, program.contact.rows)
+    # For normal and tangential rows the mean stiffness, at most the least penalty.
+    mean = float(program.K.diagonal().mean())
+    rho = float(terms.k_n.min(initial=mean)), float(terms.k_t.min(initial=mean))
     # A body that nothing holds runs away; its residual is then no number below LOST, and that is the answer.
     with np.errstate(over="ignore", invalid="ignore"):
         found = minimised(
@@ -87,8 +90,13 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
         )
         best = _Best(start, iterations=found.factors)
         best.settles(program, found.x)
-        if not best.error <= SOLVED:
-            _searches(program, best)
+        x = best.x
+        for _ in range(0 if best.error <= SOLVED else SEARCHES):
+            following = _search(program, x)
+            best.iterations += 1
+            if best.settles(program, following) or np.array_equal(following, x):
+                break
+            x = following
     if not best.error <= LOST:
         raise ProgramError(f"penalised Newton left a residual of {best.error:.1e}: use a smaller penalty or increment")
     outcome = Claim.SOLVED if best.error <= SOLVED else Claim.ALMOST
@@ -123,23 +131,6 @@ def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:
     balance = program.K @ x - program.f
     choices = (terms.forces(x), carried)
     return min(choices, key=lambda r: max_abs(balance - terms.rows.forces(r)))
-
-
-def _scales(program: PenaltyProgram) -> tuple[float, float]:
-    """rho for normal and tangential rows: the mean stiffness, at most the least penalty."""
-    mean, contact = float(program.K.diagonal().mean()), program.contact
-    return float(contact.k_n.min(initial=mean)), float(contact.k_t.min(initial=mean))
-
-
-def _searches(program: PenaltyProgram, best: _Best) -> None:
-    """Newton in x with line search, from the best point."""
-    x = best.x
-    for _ in range(SEARCHES):
-        following = _search(program, x)
-        best.iterations += 1
-        if best.settles(program, following) or np.array_equal(following, x):
-            return
-        x = following
 
 
 def _search(program: PenaltyProgram, x: Floats) -> Floats:

@@ -8,6 +8,9 @@ as the only difficulty. Clarabel, through cvxpy, takes (29) as stated, with the 
 from __future__ import annotations
 
 import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,53 +34,6 @@ REFUSALS = 12
 """Steps in a row that a trust region does not take after which it has stalled."""
 
 
-class Whitened:
-    """Psi with its derivatives in y = L' x, measured from its value at the start."""
-
-    def __init__(self, program: PenaltyProgram, start: Floats) -> None:
-        self.program = program
-        terms = program.contact
-        G_n, G_t = terms.rows.G_n.toarray(), terms.rows.G_t.toarray()
-        k_t = np.repeat(terms.k_t, terms.rows.tangents)
-        metric = program.K + G_n.T @ (terms.k_n[:, None] * G_n) + G_t.T @ (k_t[:, None] * G_t)
-        self.L = la.cholesky(metric, lower=True)
-        self.level = program.value(start)
-
-    def x(self, y: Floats) -> Floats:
-        """L'^-1 y."""
-        return la.solve_triangular(self.L, y, lower=True, trans=1)
-
-    def y(self, x: Floats) -> Floats:
-        """L' x."""
-        return self.L.T @ x
-
-    def value(self, y: Floats) -> float:
-        """Psi - Psi(start)."""
-        return self.program.value(self.x(y)) - self.level
-
-    def gradient(self, y: Floats) -> Floats:
-        """L^-1 g."""
-        return la.solve_triangular(self.L, self.program.gradient(self.x(y)), lower=True)
-
-    def hessian(self, y: Floats) -> Floats:
-        """L^-1 H L'^-1."""
-        half = la.solve_triangular(self.L, self.program.hessian(self.x(y)).toarray(), lower=True)
-        return la.solve_triangular(self.L, half.T, lower=True)
-
-
-class _Stalled:
-    """Ends a trust-region run whose steps are rejected: at round-off of Psi its radius would shrink for ever."""
-
-    def __init__(self, y: Floats) -> None:
-        self.last, self.refused = y, 0
-
-    def __call__(self, y: Floats) -> None:
-        self.refused = self.refused + 1 if np.array_equal(y, self.last) else 0
-        self.last = y
-        if self.refused == REFUSALS:
-            raise StopIteration
-
-
 def trust_region(program: PenaltyProgram, start: Floats) -> Minimum:
     """Minimise with gradient and generalised Hessian. Raises ProgramError."""
     return _optimise(program, start, "trust-exact", gtol=TOLERANCE, maxiter=500)
@@ -89,23 +45,47 @@ def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
 
 
 def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: float) -> Minimum:
+    """Minimise Psi in y = L' x, measured from its value at the start; raises ProgramError."""
     # scipy.optimize takes long to import, and no other optimiser needs it.
     from scipy.optimize import minimize
 
     began = time.perf_counter()
     small, condensed = program.condensed()
     u = start[condensed.kept]
-    psi = Whitened(small, u)
+    L, level = la.cholesky(_metric(small), lower=True), small.value(u)
     built = time.perf_counter()
-    y = psi.y(u)
-    second: dict[str, Any] = {"hess": psi.hessian, "callback": _Stalled(y)} if method == "trust-exact" else {}
-    answer: Any = minimize(psi.value, y, jac=psi.gradient, method=method, options=options, **second)
-    x = condensed.recover(psi.x(answer.x))
-    error = max_abs(program.gradient(x)) / program.largest(x)
+    x, inner = partial(la.solve_triangular, L, lower=True, trans=1), partial(la.solve_triangular, L, lower=True)
+    derivatives: dict[str, Any] = {"jac": lambda y: inner(small.gradient(x(y)))}
+    if method == "trust-exact":
+        derivatives["hess"] = lambda y: inner(inner(small.hessian(x(y)).toarray()).T)
+        derivatives["callback"] = _ending_refused(L.T @ u)
+    answer: Any = minimize(lambda y: small.value(x(y)) - level, L.T @ u, method=method, options=options, **derivatives)
+    found = condensed.recover(x(answer.x))
+    error = max_abs(program.gradient(found)) / program.largest(found)
     if not error <= LOST:
         raise ProgramError(f"the optimiser left a residual of {error:.1e} ({answer.message})")
     outcome = Claim.SOLVED if error <= SOLVED else Claim.ALMOST
-    return Minimum(x, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
+    return Minimum(found, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
+
+
+def _metric(program: PenaltyProgram) -> Floats:
+    """L L' (n, n): the stiffness plus the penalties."""
+    terms = program.contact
+    G_n, G_t = terms.rows.G_n.toarray(), terms.rows.G_t.toarray()
+    k_t = np.repeat(terms.k_t, terms.rows.tangents)
+    return program.K + G_n.T @ (terms.k_n[:, None] * G_n) + G_t.T @ (k_t[:, None] * G_t)
+
+
+def _ending_refused(start: Floats) -> Callable[[Floats], None]:
+    """Ends a trust-region run whose steps are rejected: at round-off of Psi its radius would shrink for ever."""
+    last = deque([start], maxlen=REFUSALS + 1)
+
+    def seen(y: Floats) -> None:
+        last.append(y)
+        if len(last) > REFUSALS and all(np.array_equal(y, other) for other in last):
+            raise StopIteration
+
+    return seen
 
 
 def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Minimum:

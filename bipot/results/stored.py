@@ -33,6 +33,8 @@ TRIES, PAUSE = 50, 0.02
 READABLE = (1, FORMAT)
 """Formats of files that are read; only the last one is resumed."""
 
+NEWER = "written by a newer version: run again"
+
 T = TypeVar("T")
 
 
@@ -97,15 +99,13 @@ class Run:
     def count(self) -> int:
         """Steps that are complete, step 0 included."""
         count = self.root.group("VTKHDF/Steps").attribute("NSteps")
-        if count < 1:
-            raise self._refused("VTKHDF/Steps: NSteps", count, "1 at least: step 0 is where the march starts")
+        self.root.require(count >= 1, "VTKHDF/Steps: NSteps", count, "1 at least: step 0 is where the march starts")
         return count
 
     def format(self) -> int:
         """Version of the file's layout."""
         version = self.root.group("bipot").attribute("format")
-        if version not in READABLE:
-            raise self._refused("bipot: format", version, f"one of {READABLE}: another version wrote it")
+        self.root.require(version in READABLE, "bipot: format", version, f"one of {READABLE}: another version wrote it")
         return version
 
     def about(self) -> Mapping[str, Any]:
@@ -114,30 +114,29 @@ class Run:
         try:
             about = json.loads(self.root.group("bipot").text("about"))
         except (ValueError, RecursionError) as error:
-            raise self._refused("bipot/about", error, "JSON") from error
+            raise ResultsError(f"{self.root.source.path}: /bipot/about = {error}: must be JSON") from error
         kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list}
         for name, kind in kinds.items():
-            if not (isinstance(about, dict) and isinstance(about.get(name), kind)):
-                raise self._refused(f"bipot/about: {name}", "missing or of another type", f"a {kind.__name__}")
+            right = isinstance(about, dict) and isinstance(about.get(name), kind)
+            self.root.require(right, f"bipot/about: {name}", "missing or of another type", f"a {kind.__name__}")
         return about
 
     def history(self) -> str:
         """The text of ``history.csv``: one line for each step, that of step 0 being the header."""
         group = self.root.group("bipot")
         ends = group.rows("history_ends", "i", 0, self.count, ())
-        if (np.diff(ends, prepend=0) <= 0).any():
-            raise self._refused("bipot/history_ends", ends.tolist(), "increasing")
+        self.root.require(bool((np.diff(ends, prepend=0) > 0).all()), "bipot/history_ends", ends.tolist(), "increasing")
         letters = group.rows("history", "u", 0, int(ends[-1]), ())
         try:
             return letters.astype(np.uint8).tobytes().decode()
         except ValueError as error:
-            raise self._refused("bipot/history", error, "UTF-8") from error
+            raise ResultsError(f"{self.root.source.path}: /bipot/history = {error}: must be UTF-8") from error
 
     def times(self) -> NDArray[np.float64]:
         """Pseudo-times (steps,)."""
         times = self.root.group("VTKHDF/Steps").rows("Values", "f", 0, self.count, ())
-        if times[0] < 0 or times[-1] > 1 or (np.diff(times) <= 0).any():
-            raise self._refused("VTKHDF/Steps/Values", times, "increasing in [0, 1]")
+        increasing = times[0] >= 0 and times[-1] <= 1 and bool((np.diff(times) > 0).all())
+        self.root.require(increasing, "VTKHDF/Steps/Values", times, "increasing in [0, 1]")
         return times
 
     def mesh(self) -> Mesh:
@@ -165,22 +164,20 @@ class Run:
         """A field of the nodes or of the elements in a step."""
         known, group = FIELDS[place][name], self.root.group(f"VTKHDF/{GROUPS[place]}")
         stored = FORMER.get(name, name) if self.format() < FORMAT else name
-        if self.format() < FORMAT and stored not in group:
-            raise self._refused(f"VTKHDF/{GROUPS[place]}/{name}", "missing", "written by a newer version: run again")
+        if self.format() < FORMAT:
+            self.root.require(stored in group, f"VTKHDF/{GROUPS[place]}/{name}", "missing", NEWER)
         rows = self.root.group("bipot/mesh").length("nodes" if place is Place.NODES else "elements")
         return group.rows(stored, known.kind, step * rows, (step + 1) * rows, known.shape, finite=known.finite)
 
     def tools(self, first: int, last: int) -> list[list[Line]]:
         """The lines of the tools in the steps from ``first`` up to and without ``last``."""
-        if self.format() < FORMAT:
-            raise self._refused("bipot/tools", "missing", "written by a newer version: run again")
+        self.root.require(self.format() == FORMAT, "bipot/tools", "missing", NEWER)
         group = self.root.group("bipot/tools")
         d = self._dimension
         centres, points = group.array("centres", "f", (None, d)), group.array("points", "f", (None, d))
         tool = group.array("tool", "i", (None,), least=0, most=len(centres) - 1)
         starts = group.array("starts", "i", (len(tool) + 1,), least=0, most=len(points))
-        if (np.diff(starts) < 0).any():
-            raise self._refused("bipot/tools/starts", starts.tolist(), "not decreasing")
+        self.root.require(bool((np.diff(starts) >= 0).all()), "bipot/tools/starts", starts.tolist(), "not decreasing")
         lines = Lines(points, starts, tool, centres)
         poses = self.root.group("bipot/steps").rows("pose", "f", first, last, (len(centres), pose_size(d)))
         return [lines.at(pose) for pose in poses]
@@ -245,6 +242,3 @@ class Run:
             return make()
         except SceneError as error:
             raise ResultsError(f"{self.root.source.path}: {field}: {error}") from error
-
-    def _refused(self, field: str, value: object, allowed: str) -> ResultsError:
-        return ResultsError(f"{self.root.source.path}: {field} = {value}: must be {allowed}")

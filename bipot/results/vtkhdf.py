@@ -209,12 +209,7 @@ def _offsets(group: str) -> str:
 
 
 def write_tools(path: Path, times: Floats, steps: Sequence[Sequence[Line]]) -> None:
-    """Write the lines of the tools at all pseudo-times; raises ResultsError where that fails."""
-    replace(path, _content(times, steps), ResultsError)
-
-
-def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> bytes:
-    """The file's bytes: an unstructured grid whose points move from step to step."""
+    """Write the lines of the tools at all pseudo-times, as a grid that moves; raises ResultsError where that fails."""
     # h5py takes long to import, and only files need it.
     import h5py
 
@@ -234,4 +229,4 @@ def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> bytes:
             store(vtk, f"Steps/{name}", np.zeros((count, 1), dtype=int))
         store(vtk, "Steps/CellDataOffsets/tool", 0 * rows)
         vtk["Steps"].attrs["NSteps"] = count
-    return memory.getvalue()
+    replace(path, memory.getvalue(), ResultsError)

@@ -56,8 +56,10 @@ class Skin:
         return Skin(faces[:, _around(faces.shape[1])], planes)
 
     def triangles(self, nodes: Floats) -> Floats:
-        """Triangles (f', m, 3, 3) of the whole body's faces for the modelled part's ``nodes`` (a, 3)."""
-        out = _triangles(nodes, self.rings)
+        """Triangles (f', m, 3, 3) between outlines of the whole body's faces and their middles, by ``nodes`` (a, 3)."""
+        ring = nodes[self.rings]
+        middle = np.broadcast_to(ring.mean(axis=1, keepdims=True), ring.shape)
+        out = np.stack([ring, np.roll(ring, -1, axis=1), middle], axis=2)
         for plane in self.planes:
             out = np.concatenate([out, plane.images(out[:, :, [1, 0, 2]])])
         return out
@@ -78,7 +80,7 @@ class Skin:
         before, after = (tool.own(self.triangles(x), pose) for x, pose in zip((start, end), poses, strict=True))
         moved = norm(after - before).max(axis=(1, 2))
         deep = np.zeros(len(before), dtype=bool)
-        near = _near(before, tool.face, moved)
+        near = _off(before, tool.face) <= moved
         if not near.any():
             return None
         allowed, done = _allowed(after, tool.face.tips())[near], 0.0
@@ -102,13 +104,6 @@ def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:
     require(thickness >= THIN * longest, f"{label}.surface", tool.face, allowed)
 
 
-def _triangles(nodes: Floats, rings: Ints) -> Floats:
-    """Triangles (f, m, 3, 3) between outlines (f, m) and their middles."""
-    ring = nodes[rings]
-    middle = np.broadcast_to(ring.mean(axis=1, keepdims=True), ring.shape)
-    return np.stack([ring, np.roll(ring, -1, axis=1), middle], axis=2)
-
-
 def _points(triangles: Floats) -> Floats:
     """Points (f, m, p, 3) spread over triangles (f, m, 3, 3)."""
     return einsum("pk,fmkd->fmpd", PLACES, triangles)
@@ -129,11 +124,6 @@ def _allowed(triangles: Floats, tips: Tips) -> Floats:
     return DEPTH * np.minimum(_longest(triangles[:, :, 0]), tips.thickness)
 
 
-def _near(triangles: Floats, surface: Surface, moved: Floats) -> Bools:
-    """Which faces (f, m, 3, 3) the tool may reach as they move as far as ``moved`` (f,)."""
-    return _off(triangles, surface) <= moved
-
-
 def _off(triangles: Floats, surface: Surface) -> Floats:
     """Lower bounds (f,) of the distance of faces (f, m, 3, 3) from the tool, by their middles."""
     middle = triangles[:, 0, 2]
@@ -145,7 +135,7 @@ def _deep(triangles: Floats, surface: Surface) -> Bools:
     tips = surface.tips()
     allowed = _allowed(triangles, tips)
     out = np.zeros(len(triangles), dtype=bool)
-    near = _near(triangles, surface, np.zeros(len(triangles)))
+    near = _off(triangles, surface) <= 0
     out[near] = -surface.distance(_points(triangles[near])).gap.min(axis=(1, 2), initial=np.inf) > allowed[near]
     out[near] |= _dented(triangles[near], surface, allowed[near])
     corners = triangles.reshape(-1, 3)

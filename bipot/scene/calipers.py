@@ -34,7 +34,10 @@ class Calipers(NamedTuple):
         >>> sorted(Calipers.of(edges, corners).widths.round(12).tolist())
         [2.5, 2.5, 5.0, 5.0]
         """
-        normals = across(facets)
+        along = facets[:, -1] - facets[:, 0]
+        flat = facets.shape[2] == 2
+        normals = -leftwards(along) if flat else np.cross(facets[:, 2] - facets[:, 0], facets[:, -1] - facets[:, 1])
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
         _, first = np.unique(normals.round(ALIKE), axis=0, return_index=True)
         normals = normals[np.sort(first)]
         parts = np.array_split(normals, -(-len(normals) // AT_ONCE))
@@ -52,13 +55,3 @@ class Calipers(NamedTuple):
         """
         apart = np.ptp(ways @ self.normals.T, axis=0)
         return float((np.where(apart > ROUND_OFF * max_abs(ways), apart, 0.0) / self.widths).max())
-
-
-def across(facets: Floats) -> Floats:
-    """Unit normals (f, d) of edges by their ends, or of faces by their corners, (f, n, d)."""
-    along = facets[:, -1] - facets[:, 0]
-    if facets.shape[2] == 2:
-        normals = -leftwards(along)
-    else:
-        normals = np.cross(facets[:, 2] - facets[:, 0], facets[:, -1] - facets[:, 1])
-    return normals / np.linalg.norm(normals, axis=1, keepdims=True)

@@ -82,11 +82,6 @@ class Drives:
         return self.motion(np.repeat(own[:, None], len(arm), axis=1), np.broadcast_to(arm, (len(own), *arm.shape)))
 
     @property
-    def forced(self) -> Ints:
-        """The numbers of tools that forces drive."""
-        return self.tool[self.spins == 0]
-
-    @property
     def spins(self) -> Floats:
         """1/L (m,) of turns, 0 of translations."""
         return norm(angles_of(self.ways))

@@ -92,8 +92,7 @@ class Holding:
         sets, number = np.unique(member, axis=0, return_inverse=True)
         for k in np.flatnonzero(sets.any(axis=1)).tolist():
             alike, chosen = np.flatnonzero(number.ravel() == k), np.flatnonzero(sets[k])
-            joint = _joint(supports, chosen, int(alike[0]), d)
-            ways[np.ix_(alike, chosen)], rows[alike], held[alike] = joint.ways, joint.axes, joint.held
+            ways[np.ix_(alike, chosen)], rows[alike], held[alike] = _joint(supports, chosen, int(alike[0]), d)
         turned = np.flatnonzero((rows != np.eye(d)).any(axis=(1, 2)))
         moving = [(k, support) for k, support in enumerate(supports) if isinstance(support, Prescribed)]
         driven = [Driven(support, np.flatnonzero(member[:, k]), ways[member[:, k], k]) for k, support in moving]
@@ -126,18 +125,12 @@ class Holding:
         return out
 
 
-class _Joint(NamedTuple):
-    """The effect of supports (s,) on a node: its ``axes`` (d, d), the components along them that are ``held`` (d,), and
-    the ``ways`` (s, d) by which the supports' displacements move it.
+def _joint(supports: Sequence[Support], chosen: Ints, node: int, dimension: int) -> tuple[Floats, Floats, Bools]:
+    """The joint effect of the supports with the numbers ``chosen`` (s,) on the ``node``.
+
+    It is the ``ways`` (s, d) by which the supports' displacements move the node, its axes (d, d), and the components
+    along these that are held (d,).
     """
-
-    ways: Floats
-    axes: Floats
-    held: Bools
-
-
-def _joint(supports: Sequence[Support], chosen: Ints, node: int, dimension: int) -> _Joint:
-    """The joint effect of the supports with the numbers ``chosen`` (s,) on the ``node``."""
     given = [supports[k] for k in chosen.tolist()]
     vectors = np.array([support.along(dimension) for support in given])
     moving = any(isinstance(support, Prescribed) and support.displacement for support in given)
@@ -154,11 +147,11 @@ def _joint(supports: Sequence[Support], chosen: Ints, node: int, dimension: int)
     span = whole[:, :count] @ whole[:, :count].T
     held = np.diag(span) > 0.5
     if np.abs(span - np.diag(held)).max() <= ACROSS:
-        return _Joint(ways, np.eye(dimension), held)
+        return ways, np.eye(dimension), held
     axes = whole.T
     # QR may return the opposite of n_1.
     axes[:count] *= np.sign(np.diag(triangle))[:, None]
-    return _Joint(ways, axes, np.arange(dimension) < count)
+    return ways, axes, np.arange(dimension) < count
 
 
 def _independent(vectors: Floats) -> tuple[list[int], float]:

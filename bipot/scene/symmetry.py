@@ -163,7 +163,10 @@ def _require_mirrored_tool(plane: Mirror, mesh: Mesh, ring: bool, tool: Tool, la
     own = (
         f"its own mirror image in {plane.words} to {plane.roundoff:.2g}, as it is to {near.roundoff:.2g}, or not nearly"
     )
-    off, alike = _unlike(plane, mesh, tool, tool.pose(0.0)), _told(plane, mesh, tool)
+    x = _candidates(plane, mesh, tool)
+    off, sizes = _unlike(plane, mesh, tool, tool.pose(0.0)), tool.face.size(x, np.zeros(mesh.dimension))
+    # To what gaps of candidates and of their images are told in numbers of their size.
+    alike = told(tool.face, x, float(np.max(sizes)))
     # Of a tool so far off that its gaps say nothing of the body's places it is not known.
     denies = not cut and off <= plane.roundoff and alike <= mesh.size and not _parts(plane, mesh, tool)
     require(cut or not near.cuts(tool), f"{label}.surface", tool.face, own)
@@ -196,12 +199,6 @@ def _unlike(plane: Mirror, mesh: Mesh, tool: Tool, pose: Floats) -> float:
     """
     one, other = tool.distance(_candidates(plane, mesh, tool), pose)
     return max_abs(one - other)
-
-
-def _told(plane: Mirror, mesh: Mesh, tool: Tool) -> float:
-    """To what gaps of candidates and of their images are told in numbers of their size."""
-    x = _candidates(plane, mesh, tool)
-    return told(tool.face, x, float(np.max(tool.face.size(x, np.zeros(mesh.dimension)))))
 
 
 def _parts(plane: Mirror, mesh: Mesh, tool: Tool) -> bool:

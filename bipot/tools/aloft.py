@@ -45,15 +45,6 @@ class Carried(NamedTuple):
         return Carried(*(field[points] for field in self))
 
 
-class Aloft(NamedTuple):
-    """Parts that are ``carried`` from x (w, d) while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
-
-    x: Floats
-    carried: Carried
-    placed: Floats
-    advance: Floats
-
-
 class Way(NamedTuple):
     """The way of m points that are ``carried`` from x (m, d) while their ``tool`` in the ``pose`` (p,) advances."""
 

@@ -24,26 +24,18 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bipot.tools.aloft import Aloft, Way
+from bipot.tools.aloft import Carried, Way
 from bipot.tools.parts import Parts
-from bipot.tools.poses import Turn, rotation
+from bipot.tools.poses import rotation
 from bipot.tools.slips import Slip, measured, spin, transported
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, Ints, einsum, vdot
-
-
-class Going(NamedTuple):
-    """Parts that move from x (w, d) ``by`` (w, d) while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
-
-    x: Floats
-    by: Floats
-    placed: Floats
-    advance: Floats
+from bipot.typing import Bools, Floats, Ints, Scalar, einsum
 
 
 @dataclass(frozen=True)
@@ -109,11 +101,11 @@ class Faces:
 
     def distance(self, x: Floats, placed: Floats) -> Floats:
         """Gap (c,) to the tools in the poses ``placed`` (k, p) with parts at x (w, d), to the round-off of places."""
-        return self.parts.gathered(self._by_tools(Tool.distance, x, placed, np.empty(len(x))))
+        return self.parts.gathered(self._by_tools(np.empty(len(x)), Tool.distance, [x], placed))
 
     def places(self, x: Floats, placed: Floats) -> Floats:
         """Magnitude (c,) of the numbers whose difference :meth:`distance` is."""
-        return self.parts.averaged(self._by_tools(Tool.places, x, placed, np.empty(len(x))))
+        return self.parts.averaged(self._by_tools(np.empty(len(x)), Tool.places, [x], placed))
 
     def slopes(self, x: Floats, placed: Floats) -> Floats:
         """Derivatives (w, d, d) of gap and arc of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""
@@ -128,25 +120,29 @@ class Faces:
 
     def arms(self, x: Floats, placed: Floats) -> Floats:
         """The ``arm`` (w, d) of :class:`Meeting` of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""
-        return self._by_tools(Tool.arm, x, placed, np.empty_like(x))
+        return self._by_tools(np.empty_like(x), Tool.arm, [x], placed)
 
-    def _by_tools(self, of: Callable[[Tool, Floats, Floats], Floats], x: Floats, placed: Floats, out: Floats) -> Floats:
-        """``out`` (w, …) filled in, tool by tool, with ``of(tool, x, pose)`` for the tool's parts at x (w, d)."""
-        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
-            out[mine] = of(tool, x[mine], pose)
+    def _by_tools(
+        self, out: NDArray[Scalar], of: Callable[..., Any], parts: Sequence[Floats], *tools: Floats
+    ) -> NDArray[Scalar]:
+        """``out`` (w, …) filled in with ``of(tool, …)`` of each one's own of ``parts`` (w, …) and ``tools`` (k, …)."""
+        for mine, tool, *own in zip(self.owned, self.tools, *tools, strict=True):
+            out[mine] = of(tool, *(each[mine] for each in parts), *own)
         return out
 
-    def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
-        """The meeting of candidates that start with a ``gap`` (c,) and are ``going``.
+    def meeting(
+        self, gap: Floats, x: Floats, moved: Floats, placed: Floats, advances: Floats, before: Floats
+    ) -> Meeting:
+        """The meeting of candidates that start with a ``gap`` (c,), whose parts have ``moved`` (w, d) from x (w, d).
 
-        The parts' motion ``before`` they touch (w, d), in the tools' frames, is no slip.
+        Meanwhile the tools, from the poses ``placed`` (k, p), made the ``advances`` (k, p). The parts' motion
+        ``before`` they touch (w, d), in the tools' frames, is no slip.
         """
-        motion, arm = np.empty_like(going.x), np.empty_like(going.x)
-        place, by, slid = (np.empty_like(going.x) for _ in range(3))
-        begun, seen = _Seen.none(going.x), _Seen.none(going.x)
-        for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
-            place[mine] = start = tool.own(going.x[mine], pose)
-            by[mine] = went = tool.going(going.x[mine], going.by[mine], pose, advance)
+        motion, arm, place, by, slid = (np.empty_like(x) for _ in range(5))
+        begun, seen = _Seen.none(x), _Seen.none(x)
+        for mine, tool, pose, advance in zip(self.owned, self.tools, placed, advances, strict=True):
+            place[mine] = start = tool.own(x[mine], pose)
+            by[mine] = went = tool.going(x[mine], moved[mine], pose, advance)
             slips = start + before[mine], went - before[mine]
             if motion.shape[1] == 2:
                 passed = tool.face.passed(np.stack([start, slips[0]]), np.stack([went, slips[1]]))
@@ -156,9 +152,9 @@ class Faces:
                 begun.take(mine, tool, slips[0], pose + advance)
             seen.take(mine, tool, start + went, pose + advance)
             slid[mine] = tool.turned(slips[1], pose + advance)
-            arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
+            arm[mine] = tool.arm(x[mine] + moved[mine], pose + advance)
         framed = self._framed(seen.normal)
-        gaps = gap if self.parts.single else self._by_tools(Tool.distance, going.x, going.placed, np.empty(len(place)))
+        gaps = gap if self.parts.single else self._by_tools(np.empty(len(x)), Tool.distance, [x], placed)
         rows = _slopes(framed, gaps + motion[:, 0], seen.curvature)
         if motion.shape[1] == 2:
             return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)
@@ -175,17 +171,18 @@ class Faces:
         out[:, 0] += gap
         return out
 
-    def in_air(self, apart: Bools, going: Aloft) -> Floats:
+    def in_air(self, apart: Bools, x: Floats, carried: Carried, placed: Floats, advances: Floats) -> Floats:
         """The motion (w, d) before they touch, in the tool's frame, of parts of candidates that start ``apart`` (c,).
 
-        They are ``going`` as in a body at rest, which seen from a turning tool is not straight. Of those that this does
-        not bring to the tool, the part of this motion counts by which it closes the gap: the rest is closed by the
-        body's own motion, which is slip all the way (:mod:`bipot.tools.aloft`).
+        They are ``carried`` from x (w, d) as in a body at rest while the tools, from the poses ``placed`` (k, p), make
+        the ``advances`` (k, p); seen from a turning tool this is not straight. Of those that this does not bring to the
+        tool, the part of this motion counts by which it closes the gap: the rest is closed by the body's own motion,
+        which is slip all the way (:mod:`bipot.tools.aloft`).
         """
-        out, owner = np.zeros_like(going.x), self.parts.owner
-        for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
+        out, owner = np.zeros_like(x), self.parts.owner
+        for mine, tool, pose, advance in zip(self.owned, self.tools, placed, advances, strict=True):
             coming = np.flatnonzero(mine & apart[owner] & (not tool.flat))
-            way = Way(tool, going.x[coming], going.carried.only(coming), pose, advance)
+            way = Way(tool, x[coming], carried.only(coming), pose, advance)
             gaps = partial(self._gaps, tool, coming)
             out[coming] = way.gone(way.in_air(gaps, owner[coming]))
         return out
@@ -198,50 +195,42 @@ class Faces:
 
     def after(self, x: Floats, placed: Floats, before: Floats) -> Floats:
         """Gaps (c,) of candidates whose parts, seen by tools ``placed`` (k, p), go from x by ``before`` (w, d)."""
-        gap = np.empty(len(x))
-        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
-            gap[mine] = tool.face.gap(tool.own(x[mine], pose) + before[mine], np.zeros(x.shape[1]))
-        return self.parts.gathered(gap)
+        return self.parts.gathered(self._by_tools(np.empty(len(x)), _gone, [x, before], placed))
 
     def crossed(self, meeting: Meeting) -> Bools:
         """Candidates (c,) of which a part went through a tool and came out on another side of it."""
         out = np.zeros(len(meeting.place), dtype=bool)
-        for mine, tool in zip(self.owned, self.tools, strict=True):
-            out[mine] = tool.face.crossed(meeting.place[mine], meeting.by[mine])
-        return self.parts.any(out)
+        return self.parts.any(
+            self._by_tools(out, lambda tool, *way: tool.face.crossed(*way), [meeting.place, meeting.by])
+        )
 
     def beyond(self, meeting: Meeting) -> Bools:
         """Candidates (c,) of which a part came past an open end of a tool."""
         out = np.zeros(len(meeting.place), dtype=bool)
-        for mine, tool in zip(self.owned, self.tools, strict=True):
-            out[mine] = tool.face.beyond(meeting.place[mine] + meeting.by[mine])
-        return self.parts.any(out)
+        return self.parts.any(
+            self._by_tools(out, lambda tool, end: tool.face.beyond(end), [meeting.place + meeting.by])
+        )
 
     def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
         """Displacement (w, d) of the tools' points at x (w, d) by the turns in the poses' ``advance`` (k, p)."""
-        return self._by_turns(Turn.swept, x, placed, advance)
+        return self._by_tools(np.empty_like(x), Tool.swept, [x], placed, advance)
 
     def carried(self, middle: Floats, placed: Floats, advance: Floats) -> Floats:
         """The same as :meth:`swept` for tool points whose paths have their middles at ``middle`` (w, d)."""
-        return self._by_turns(Turn.carried, middle, placed, advance)
+        return self._by_tools(np.empty_like(middle), Tool.carried, [middle], placed, advance)
 
-    def _by_turns(
-        self, way: Callable[[Turn, Floats, Floats, Floats], Floats], x: Floats, placed: Floats, advance: Floats
-    ) -> Floats:
-        """``way(turn, x, pose, advance)`` (w, d) for points x (w, d) of tools that turn, zero for others."""
-        out = np.zeros_like(x)
-        for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
-            if tool.turn is not None:
-                out[mine] = way(tool.turn, x[mine], pose, by)
-        return out
+    def turned(self, vectors: Floats, placed: Floats) -> Floats:
+        """Vectors (w, d) at the parts, given in the frames of their tools, turned to the poses ``placed`` (k, p)."""
+        return self._by_tools(np.empty_like(vectors), Tool.turned, [vectors], placed)
 
-    def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (w, d) at x (w, d) about the centres, or axes, of turning tools; 0 for others."""
-        out = np.zeros(len(self.tools))
-        for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
-            if tool.turn is not None:
-                out[k] = vdot(tool.turn.swirl(tool.arm(x[mine], pose)), vectors[mine])
-        return out
+    def swirls(self, arm: Floats) -> Floats:
+        """Velocities (w, d) per angle of the tools' points at the ends of ``arm`` (w, d); 0 where they do not turn."""
+        return self._by_tools(np.empty_like(arm), Tool.swirl, [arm])
+
+
+def _gone(tool: Tool, x: Floats, before: Floats, pose: Floats) -> Floats:
+    """Gaps (m,) of points that go from x (m, d) by ``before`` (m, d), in the frame of a tool in the ``pose`` (p,)."""
+    return tool.face.gap(tool.own(x, pose) + before, np.zeros(x.shape[1]))
 
 
 class _Seen(NamedTuple):

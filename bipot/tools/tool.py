@@ -150,6 +150,18 @@ class Tool:
         """Vectors (…, d) from the centre about which the tool in the ``pose`` (p,) turns to x; zero if it does not."""
         return np.zeros_like(x) if self.turn is None else self.turn.arm(x, pose)
 
+    def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
+        """Displacement (…, d) of the tool's points at x by the turn in its ``advance`` (p,); as :meth:`arm` if none."""
+        return np.zeros_like(x) if self.turn is None else self.turn.swept(x, pose, advance)
+
+    def carried(self, middle: Floats, pose: Floats, advance: Floats) -> Floats:
+        """The same as :meth:`swept` of points whose paths have their middles at ``middle`` (…, d)."""
+        return np.zeros_like(middle) if self.turn is None else self.turn.carried(middle, pose, advance)
+
+    def swirl(self, arm: Floats) -> Floats:
+        """Velocities (…, d) per angle of the tool's points at the ends of ``arm`` (…, d); zero if it does not turn."""
+        return np.zeros_like(arm) if self.turn is None else self.turn.swirl(arm)
+
     def turned(self, vectors: Floats, pose: Floats) -> Floats:
         """Vectors (…, d) given in the frame of the tool, turned to its ``pose`` (p,)."""
         return vectors if self.turn is None else vectors @ rotation(pose[vectors.shape[-1] :]).T

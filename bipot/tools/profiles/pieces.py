@@ -179,7 +179,7 @@ class ProfilePieces:
         across = np.vecdot(by[..., None, :], s.normal)
         gap = np.vecdot(x[..., None, :] - s.start, s.normal)
         part = np.divide(-gap, across, out=np.full_like(gap, np.nan), where=np.abs(across) > np.abs(gap))
-        at = np.vecdot(x[..., None, :] + _safe(part)[..., None] * by[..., None, :] - s.start, s.along)
+        at = np.vecdot(x[..., None, :] + np.nan_to_num(part)[..., None] * by[..., None, :] - s.start, s.along)
         on = (part > 0) & (at >= s.low - off) & (at <= s.high + off)
         return np.sort(np.concatenate([np.where(on, part, 1.0), *self._met_rounds(x, by)], axis=-1), axis=-1)
 
@@ -192,7 +192,7 @@ class ProfilePieces:
         for sign in (-1.0, 1.0):
             meets = (root > 0) & (a > 0) & (self.rounds.radius > 0)
             part = np.divide(-b + sign * np.sqrt(np.maximum(root, 0)), a, out=np.full_like(b, np.nan), where=meets)
-            at = out + _safe(part)[..., None] * by[..., None, :]
+            at = out + np.nan_to_num(part)[..., None] * by[..., None, :]
             found.append(np.where((part > 0) & (part < 1) & self._in_sector(at, off), part, 1.0))
         return found
 
@@ -225,8 +225,3 @@ class ProfilePieces:
         """Directions (m, d) from the centres to the middle of the rounds."""
         between = self.rounds.first - self.rounds.last
         return between / norm(between)[:, None]
-
-
-def _safe(part: Floats) -> Floats:
-    """Fractions, with zero for NaN."""
-    return np.nan_to_num(part, nan=0.0)
