@@ -184,6 +184,7 @@ def test_units_do_not_matter():
         (lambda: BodyForce((0.0, 1.0, 2.0)), "body force.vector"),
         (lambda: Traction("top", "up"), "traction.vector"),
         (lambda: Pressure("top", "high"), "pressure.pressure"),
+        (lambda: Pressure("top", float("nan")), "pressure.pressure = nan: must be finite"),
         (lambda: Pressure("top", 1.0, 2.0), "pressure.amplitude"),
         (lambda: Amplitude(((0.0, 0.0), (0.5, 1.0))), "amplitude.points"),
         (lambda: Amplitude(((0.0, 0.0), (1.0, np.inf))), "amplitude.points"),
