@@ -60,7 +60,7 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     return ContactProblem(problem, forces, np.flatnonzero(near))
 
 
-def export_fclib(path: Path, accepted: Accepted) -> None:
+def export_fclib(path: str | Path, accepted: Accepted) -> None:
     """Write the increment's contact problem, with the march's forces and motion as its solution, to an FCLIB file."""
     found = contact_problem(accepted)
     write_fclib(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -147,5 +148,6 @@ RAMP = Amplitude()
 def require_bounded(size: float, amplitude: object, field: str, largest: float) -> None:
     """Refuse what is no amplitude of a ``size``, or a size out of range, by itself or at its largest multiple."""
     require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
+    require(math.isfinite(size), field, size, "finite")
     for value in (size, size * amplitude.largest):  # type: ignore[attr-defined]
         require_magnitude(value, f"{field}, its amplitude with it", largest)

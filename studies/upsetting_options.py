@@ -89,8 +89,8 @@ class Options:
         p.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio (default 0.3)")
         p.add_argument("--sigma-Y", type=float, help="yield stress, MPa, of perfect plasticity (default 300)")
         p.add_argument("--hardening", help=f"a curve instead of --sigma-Y: {hardening_usage()}")
-        p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm a point (default about E/h)")
-        p.add_argument("--kt", type=float, help="tangential penalty, N/mm a point (default about E/h)")
+        p.add_argument("--kn", type=float, help="normal penalty, N/mm a point (default: pressure E/h; uzawa 1e4 E/h)")
+        p.add_argument("--kt", type=float, help="tangential penalty, N/mm a point (default likewise)")
         p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
         p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
         p.add_argument(

@@ -82,7 +82,7 @@ class Sweeps:
     ("form", "said", "cause"),
     [
         (Dissipation(solver=Broken()), "Broken raised KeyError", KeyError),
-        (Dissipation(solver=Answerless()), "Answerless raised TypeError", TypeError),
+        (Dissipation(solver=Answerless()), "Answerless raised SceneError", SceneError),
         (Dissipation(solver=Given(x=None)), "Given raised SceneError", SceneError),
         (Dissipation(solver=Given(dual={})), "Given raised SceneError", SceneError),
         (Delassus(Sweeps()), "Sweeps raised KeyError", KeyError),

@@ -68,6 +68,11 @@ def unloaded(system):
     return None if v is None else system.body.space.spread(v)
 
 
+def test_uzawa_with_a_small_penalty_asks_for_a_larger_one():
+    small = Control(Uzawa(1e4, 1e4), (), cuts=0)
+    assert "Raise K_n and K_t" in last_words(upsetting(mu=0.2, reduction=0.1, elements=2), small)
+
+
 def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):
     def stops(*_, **__):
         raise cp.SolverError("Solver 'CLARABEL' failed.")
@@ -156,7 +161,7 @@ def test_about_an_axis_only_the_axial_shift_is_rigid():
 def test_a_body_that_starts_inside_a_tool_is_named_as_that():
     words = last_words(scene(tools=(tool(point=(0.0, 0.1)),)))
     assert "The body starts inside tools[0], node" in words
-    assert "by 0.9: move the tool's point out of the body, or the mesh." in words
+    assert "by 0.9: move the tool off the body, or the mesh." in words
     assert "more increments" not in words
 
 

@@ -1,6 +1,7 @@
 """A folder that holds a run already: gone on with, overwritten, refused, mended; and what is cut off in the middle."""
 
 import shutil
+from dataclasses import replace
 from itertools import islice
 
 import h5py
@@ -84,13 +85,16 @@ def test_other_parameters_are_refused_before_anything_is_touched(recorded):
         Recorder(recorded, SCENE, COLUMNS, {k: v for k, v in PARAMETERS.items() if k != "hardening"}, UNITS)
     with pytest.raises(ResultsError, match="units: length = mm, not m;"):
         Recorder(recorded, SCENE, COLUMNS, PARAMETERS, {**UNITS, "length": "m"})
+    changed = replace(SCENE, tools=(replace(SCENE.tools[0], travel=(0.0, -0.5)),))
+    with pytest.raises(ResultsError, match=r"scene: tools\[0\]\.travel\[1\] = -1\.0, not -0\.5;"):
+        Recorder(recorded, changed, COLUMNS, PARAMETERS, UNITS)
     assert (recorded / "history.csv").read_bytes() == before
 
 
 def test_a_run_is_left_alone_unless_asked(tmp_path, recorded):
     shutil.copytree(recorded, tmp_path / "run")
     before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
-    said = r"run: holds a complete run: resume it \(--resume\), or overwrite it \(--overwrite\)"
+    said = r"run: holds a complete run: resume it \(Existing\.RESUME or --resume\), or overwrite it \("
     with pytest.raises(ResultsError, match=said):
         recorder(tmp_path / "run")
     assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before

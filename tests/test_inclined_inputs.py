@@ -32,7 +32,9 @@ def ring_with(*supports):
         (lambda: Support("base", (1.0, 1.0)), r"support\.direction = \(1\.0, 1\.0\): must be a unit vector"),
         (lambda: body((Support("base", (0.6, 0.8, 0.0)),)), r"support\.direction = .*: must be of 2 numbers"),
         (lambda: Support("base", (np.nan, 1.0)), r"support\.direction = .*: must be two finite numbers"),
-        (lambda: Support("base", "up"), r"support\.direction = 'up'"),
+        (lambda: Support("base", "up"), r"support\.direction = 'up': must be 0, 1 or, in space, 2, or a unit vector"),
+        (lambda: Support("base", True), r"support\.direction = True: must be 0, 1 or"),
+        (lambda: Support("base", 1.0), r"support\.direction = 1\.0: must be 0, 1 or"),
         (lambda: Support("base", 3), r"support\.direction = 3: must be 0, 1 or, in space, 2, or a unit vector"),
         (
             lambda: body((Support("base", along(30.0)), Prescribed("base", along(210.0), 0.1))),

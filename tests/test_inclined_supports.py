@@ -28,10 +28,6 @@ def last(scene, schedule=None):
     return accepted
 
 
-def reactions(accepted):
-    return accepted.solved.iterate.reactions(accepted.solved.r)
-
-
 @pytest.mark.parametrize("element", [Element.Q4, Element.Q8, Element.T6])
 @pytest.mark.parametrize("geometry", [Geometry.PLANE_STRAIN, Geometry.AXISYMMETRIC])
 def test_a_sector_between_slants_under_pressure_is_exact(geometry, element):
@@ -48,7 +44,7 @@ def test_a_sector_between_slants_under_pressure_is_exact(geometry, element):
     for name, degrees, inward in (("base", 20.0, 110.0), ("top", 70.0, -20.0)):
         # 2 pi r ds along a slant from rho = 1 to 2
         area = 2 * math.pi * math.cos(math.radians(degrees)) * 1.5 if ring else 1.0
-        total = reactions(accepted)[accepted.solved.iterate.increment.system.body.scene.mesh.boundary_nodes(name)]
+        total = accepted.reactions[accepted.solved.iterate.increment.system.body.scene.mesh.boundary_nodes(name)]
         np.testing.assert_allclose(total.sum(axis=0), pressure * area * np.array(along(inward)), atol=1e-9)
 
 
@@ -108,14 +104,14 @@ def test_reactions_are_what_the_stress_pushes_along_them_and_nothing_else_is_lef
         force[LOADED] -= accepted.state.tau * LOAD
         scale = np.abs(force).max()
         np.testing.assert_allclose(force, taken(scene, force), atol=1e-9 * scale)
-        np.testing.assert_allclose(reactions(accepted), force, atol=1e-9 * scale)
+        np.testing.assert_allclose(accepted.reactions, force, atol=1e-9 * scale)
     assert pressed[-1].peeq.max() > 0.01
 
 
 def test_their_work_is_that_of_the_mean_reaction_and_becomes_strain_energy_and_heat(pressed):
     work, force, tau = 0.0, 0.0, 0.0
     for accepted in pressed:
-        du, end = accepted.state.du, reactions(accepted)
+        du, end = accepted.state.du, accepted.reactions
         work += float(np.vdot((force + end) / 2, du) + (tau + accepted.state.tau) / 2 * LOAD @ du[LOADED])
         force, tau = end, accepted.state.tau
         assert accepted.energies.work == pytest.approx(work, rel=1e-9)

@@ -27,7 +27,8 @@ from bipot.meshes.sections import block, cylinder, ring
 from bipot.paper import unreturned, upsetting
 from bipot.programs.factors import SuperLU
 from bipot.programs.fixed_point import Safeguard
-from bipot.scene.supports import Support, Symmetry
+from bipot.scene.loads import Pressure
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from tests.scenes import STEEL, refused, scene, tool
 
 NAN, INF = float("nan"), float("inf")
@@ -66,7 +67,9 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
         (lambda: scene(mesh="cylinder"), "scene.mesh = 'cylinder': must be a Mesh"),
         (lambda: scene(material=Perfect(300.0)), "scene.material"),
         (lambda: scene(tools=tool()), "scene.tools = .*: must be a tuple of Tool"),
-        (lambda: scene(tools=(Support("base", 1),)), r"scene.tools\[0\] = .*: must be a Tool"),
+        (lambda: scene(tools=(Support("base", 1),)), r"scene.tools\[0\] = .*: must be among the supports"),
+        (lambda: scene(loads=(Prescribed("top", 1, 0.1),)), r"scene.loads\[0\] = .*: must be among the supports"),
+        (lambda: scene(supports=(Pressure("top", 1.0),)), r"scene.supports\[0\] = .*: must be among the loads"),
         (lambda: scene(supports=Support("base", 1)), "scene.supports = .*: must be a tuple of Support"),
         (lambda: Control(Newton), "control.form = .*: must be a Form"),
         (lambda: Control("newton"), "control.form = 'newton': must be a Form"),

@@ -156,7 +156,7 @@ def test_a_file_of_two_columns_is_a_curve(text, delimiter, kind, tmp_path):
     [
         ("", "rows of numbers = 0: must be at least two"),
         ("strain,stress\n0,300\n", "rows of numbers = 1: must be at least two"),
-        ("0,300\n0.1\n", "line 2: columns = 1: must be 2: plastic strain and yield stress"),
+        ("0,300\n0.1\n", "line 2: columns = 1: must be 2, parted by the delimiter ',': plastic strain"),
         ("0;300\n0.1;350\n", "line 1: columns = 1"),
         ("0,300,1\n0.1,350,2\n", "line 1: columns = 3"),
         ("strain,300\n0,300\n", "line 1: plastic strain = 'strain': must be a number"),

@@ -184,6 +184,7 @@ def test_units_do_not_matter():
         (lambda: BodyForce((0.0, 1.0, 2.0)), "body force.vector"),
         (lambda: Traction("top", "up"), "traction.vector"),
         (lambda: Pressure("top", "high"), "pressure.pressure"),
+        (lambda: Pressure("top", float("nan")), "pressure.pressure = nan: must be finite"),
         (lambda: Pressure("top", 1.0, 2.0), "pressure.amplitude"),
         (lambda: Amplitude(((0.0, 0.0), (0.5, 1.0))), "amplitude.points"),
         (lambda: Amplitude(((0.0, 0.0), (1.0, np.inf))), "amplitude.points"),
@@ -195,6 +196,24 @@ def test_units_do_not_matter():
 def test_bad_loads_are_refused_by_name(make, field):
     with pytest.raises(SceneError, match=field):
         bar((make(),))
+
+
+class Short:
+    """A load of one's own, of another shape than the nodes."""
+
+    amplitude = Amplitude()
+
+    def check(self, mesh):
+        pass
+
+    def forces(self, space):
+        return np.zeros(space.mesh.nodes.shape)[1:]
+
+
+def test_forces_of_a_load_of_ones_own_are_refused_where_they_are_not_those_of_nodes():
+    said = r"forces of Short = '\(\d+, 2\)': must be finite, and of shape \(\d+, 2\): those of nodes"
+    with pytest.raises(SceneError, match=said):
+        next(march(bar((Short(),)), Schedule(1)))
 
 
 def test_bad_prescriptions_are_refused_by_name():

@@ -143,6 +143,10 @@ def test_gradings_are_a_pair(grading):
             r"element = 'H8': must be one of a plane, of \['T3', 'T6', ",
         ),
         (lambda: cylinder(1.0, 1.0, 1, 1, element=Element.Q8).boundary("lid"), "boundary = 'lid'"),
+        (
+            lambda: Mesh(np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), [[0, 1, 2, 3]]).boundary("lid"),
+            "boundary = 'lid': must be one of the mesh, which has",
+        ),
         (lambda: Mesh(np.full((8, 2), np.nan), np.arange(8)[None]), "mesh.nodes"),
         (lambda: Mesh(np.zeros((7, 2)), np.arange(8)[None]), "node index"),
         (lambda: Mesh(np.zeros((8, 2)), np.arange(8)[None], {"top": np.empty((0, 3), int)}), "'top'"),

@@ -86,6 +86,8 @@ def test_cell_data_of_other_than_whole_numbers_are_refused(data):
 
 
 def test_names_without_numbers_are_refused():
+    with pytest.raises(SceneError, match=r"names = {1: 'top'}: must be names with their numbers, as {'top': 3}"):
+        Mesh.from_meshio(numbered(key="mine"), tag="mine", names={1: "top"})
     with pytest.raises(SceneError, match="names"):
         Mesh.from_meshio(with_sets(), names={"top": 1})
 

@@ -48,14 +48,14 @@ def test_a_start_state_of_another_scene_is_refused(options, words):
 
 def test_a_start_state_of_the_same_mesh_under_another_path_is_refused():
     other = upsetting(mu=0.1, elements=2, reduction=0.3)
-    refused(lambda: march(other, Schedule(2), start=started()), "start.gap = 'distances'")
+    refused(lambda: march(other, Schedule(2), start=started()), "start.gap = 'distances'.* taken over by handed_on")
 
 
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
         (lambda s: {"stress": s.stress * NAN}, "start.stress = 'NaN or infinite'"),
-        (lambda s: {"forces": s.forces[:-1]}, "start.forces = 'of shape"),
+        (lambda s: {"forces": s.forces[:-1]}, "start.forces = 'of shape .* taken over by handed_on"),
         (lambda s: {"nodes": s.nodes + 1.0}, "start.nodes = 'held ones': must be where the supports hold them"),
         (lambda s: {"gap": s.gap + 0.1}, "start.gap = 'distances': must be those of start.nodes to the scene's tools"),
         (lambda s: {"flow": replace(s.flow, strain=s.flow.strain[:1])}, "start.flow.strain = 'of shape"),

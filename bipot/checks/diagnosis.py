@@ -68,8 +68,7 @@ def _inside(increment: Increment) -> str | None:
             "continue the surface to where the body does not come, or close it."
         )
     return (
-        f"The body starts inside tools[{number}], node {node} by {depth:.3g}: "
-        "move the tool's point out of the body, or the mesh."
+        f"The body starts inside tools[{number}], node {node} by {depth:.3g}: move the tool off the body, or the mesh."
     )
 
 

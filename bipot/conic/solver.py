@@ -83,7 +83,10 @@ def answered(
         ProgramError: besides, for one that is not finite.
     """
     with asked(solver):
-        answer, handle = solver.solve(program, accuracy, last)
+        found = solver.solve(program, accuracy, last)
+        pair = isinstance(found, tuple) and len(found) == 2
+        require(pair, "answer", type(found).__name__, "a pair of a ConicSolution and the next last")
+        answer, handle = found
         require_type(answer, ConicSolution, "answer")
         shapes = {rows.term: (rows.count, rows.width) for rows in program.rows}
         _require_numbers(answer.x, program.q.shape, "answer.x")

@@ -116,6 +116,11 @@ class Accepted:
         return whole_force(scene.planes, scene.geometry, scene.tools[tool], self.tool_forces[tool])
 
     @property
+    def reactions(self) -> Floats:
+        """Forces (a, d) of the supports on the nodes of the modelled body."""
+        return self.solved.iterate.reactions(self.solved.r)
+
+    @property
     def unique(self) -> bool:
         """Whether the answer is locally unique (nothing is undetermined) and the first suited form found it at once.
 

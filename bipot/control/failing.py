@@ -19,6 +19,7 @@ from bipot.errors import (
     Refused,
     UnsuitedForm,
 )
+from bipot.forms import FormName
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
@@ -72,6 +73,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     elif isinstance(attempt.last, InvertedElement):
         shorter = "Remesh there: shorter increments fold the element too."
         more = shorter if cuts else "Use more increments, or remesh there."
+    elif _decisive(attempt).form is FormName.UZAWA:
+        more = "Raise K_n and K_t: the larger they are, the nearer to the law every pass comes."
     else:
         more = _rigid_in_volume(increment) or "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)

@@ -31,6 +31,12 @@ PLACED = 1e-9
 RELEASED = "begin with the loads and supports that the body is under, or release it in a scene without tools before"
 """What to do where loads or supports have been taken off a body that no tool presses."""
 
+OF_TOOLS = ("forces", "gap", "translation", "translated")
+"""What of a state depends on the tools of its scene."""
+
+TAKEN_OVER = "a state of another scene is taken over by handed_on"
+"""What to do with a state that fits the mesh and not the tools."""
+
 VOLUMES = 10.0
 """Factor between volumes that errors of finite increments do not reach, and other units exceed: of areas, too."""
 
@@ -123,7 +129,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     require(start.length == 0 or SHORTEST <= start.length <= 1, "start.length", start.length, allowed)
     for name, value in vars(at_rest).items():
         if isinstance(value, np.ndarray):
-            _require_like(getattr(start, name), value, f"start.{name}")
+            _require_like(getattr(start, name), value, f"start.{name}", TAKEN_OVER if name in OF_TOOLS else "")
     require_type(start.flow, Flow, "start.flow", optional=True)
     if start.flow is not None:
         _require_like(start.flow.strain, at_rest.plastic_strain, "start.flow.strain")
@@ -143,7 +149,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
         contacts.met.places(at[0]), at[1]
     )
     apart = float(off.max(initial=0.0))
-    allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
+    allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: {TAKEN_OVER}"
     require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
     if start.gap.size:
         _require_balanced(start, system, max(BALANCED, equilibrium))
@@ -227,8 +233,8 @@ def _size(space: Space, residual: Floats) -> float:
     return max(float(norm(space.spread(residual)).max()), max_abs(space.beside(residual)))
 
 
-def _require_like(given: ArrayLike, at_rest: Floats | Bools, field: str) -> None:
-    """Require finite numbers in the shape of the scene's array ``at_rest``."""
-    shape, allowed = np.shape(given), f"of shape {at_rest.shape}, as in the scene"
+def _require_like(given: ArrayLike, at_rest: Floats | Bools, field: str, otherwise: str = "") -> None:
+    """Require finite numbers in the shape of the scene's array ``at_rest``; ``otherwise`` says what to do."""
+    shape, allowed = np.shape(given), f"of shape {at_rest.shape}, as in the scene{otherwise and ': '}{otherwise}"
     require(shape == at_rest.shape, field, f"of shape {shape}", allowed)
     require(bool(np.isfinite(np.asarray(given)).all()), field, "NaN or infinite", "finite")

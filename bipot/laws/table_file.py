@@ -33,7 +33,8 @@ def two_columns(
             continue
         cells = [cell.strip().strip('"') for cell in text.split(delimiter)]
         place = f"{path}, line {number}"
-        require(len(cells) == 2, f"{place}: columns", len(cells), f"2: {' and '.join(names)}")
+        parted = "white space" if delimiter is None else f"the delimiter {delimiter!r}"
+        require(len(cells) == 2, f"{place}: columns", len(cells), f"2, parted by {parted}: {' and '.join(names)}")
         header = not begun and all(_number(cell) is None for cell in cells)
         begun = True
         if not header:

@@ -134,6 +134,8 @@ def _tagged(mesh: Any, dimension: int, tag: str | None, names: Mapping[str, int]
     """Facets by name from numbers in cell data: by given ``names``, else by the file's, else by the numbers."""
     require_type(tag, str, "tag", optional=True)
     require_type(names, Mapping, "names", optional=True)
+    named = all(isinstance(name, str) for name in names or {})
+    require(named, "names", dict(names or {}), "names with their numbers, as {'top': 3}")
     known = sorted(mesh.cell_data)
     require(tag is None or tag in known, "tag", tag, f"one of the cell data {known}")
     tag = tag or next((name for name in TAGS if name in known), None)

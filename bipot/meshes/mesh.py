@@ -194,7 +194,8 @@ class Mesh:
     def boundary(self, name: str) -> Ints:
         """Facets (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
         require_type(name, str, "boundary")
-        require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries)}")
+        none = "the mesh, which has none: name edges of it (in space faces)"
+        require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries) or none}")
         return self.boundaries[name]
 
     def edges(self, *names: str) -> Ints:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import Any
 
 from bipot.errors import ResultsError
 from bipot.results.description import Parameters, as_json, describe, same_mesh
@@ -16,7 +17,8 @@ from bipot.scene.scene import Scene
 
 CURVES = "history.csv"
 
-ABSENT, CHOICE = "absent", "choose another folder, or overwrite it (--overwrite)"
+OVERWRITE = "overwrite it (Existing.OVERWRITE or --overwrite)"
+ABSENT, CHOICE = "absent", f"choose another folder, or {OVERWRITE}"
 
 
 class Existing(Enum):
@@ -46,12 +48,25 @@ class Asked:
             ("scene: ", found.scene, describe(self.scene)),
             ("", {"columns": list(found.columns)}, {"columns": list(self.columns)}),
         ):
-            for name in sorted(stored.keys() | asked.keys()):
-                old, new = (given.get(name, ABSENT) for given in (stored, asked))
-                if as_json(old) != as_json(new):
-                    raise ResultsError(f"{folder}: holds a run with {what}{name} = {old}, not {new}; {CHOICE}")
+            other = _difference("", stored, asked)
+            if other is not None:
+                name, old, new = other
+                raise ResultsError(f"{folder}: holds a run with {what}{name} = {old}, not {new}; {CHOICE}")
         if not same_mesh(found.mesh, self.scene.mesh):
             raise ResultsError(f"{folder}: holds a run on another mesh; {CHOICE}")
+
+
+def _difference(name: str, old: Any, new: Any) -> tuple[str, Any, Any] | None:
+    """The first part in which two JSON values differ, with its name below ``name``; None where they are the same."""
+    if as_json(old) == as_json(new):
+        return None
+    parts: list[tuple[str, Any, Any]] = []
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        keys = sorted(old.keys() | new.keys())
+        parts = [(f"{name}.{key}" if name else key, old.get(key, ABSENT), new.get(key, ABSENT)) for key in keys]
+    elif isinstance(old, list | tuple) and isinstance(new, list | tuple) and len(old) == len(new):
+        parts = [(f"{name}[{k}]", *pair) for k, pair in enumerate(zip(old, new, strict=True))]
+    return next((found for part in parts if (found := _difference(*part)) is not None), (name, old, new))
 
 
 def known(folder: Path, existing: Existing, asked: Asked) -> History | None:
@@ -73,5 +88,5 @@ def known(folder: Path, existing: Existing, asked: Asked) -> History | None:
     asked.require_same(found, folder)
     if existing is Existing.REFUSE:
         state = "a complete run" if found.complete else f"a run of {len(found)} increments, not complete"
-        raise ResultsError(f"{folder}: holds {state}: resume it (--resume), or overwrite it (--overwrite)")
+        raise ResultsError(f"{folder}: holds {state}: resume it (Existing.RESUME or --resume), or {OVERWRITE}")
     return found

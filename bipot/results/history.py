@@ -123,6 +123,8 @@ class History:
         if value is None and by is None:
             return self._step(len(self))
         by = by if by is not None else REDUCTION if REDUCTION in self.columns else TAU
+        columns = [TAU, *self.columns]
+        require(by in columns, "by", by, f"one of {columns}")
         known = self.times if by == TAU else self[by]
         increasing = known.dtype.kind in "fiu" and len(known) > 0 and bool((np.diff(known) > 0).all())
         require(increasing, "by", by, f"{TAU}, or a column of numbers that increase throughout")

@@ -38,6 +38,10 @@ ROUND_OFF = 1e-12
 """Round-off of the nodes' shares of the reference face."""
 
 
+SWALLOWED = "all of the body is inside it"
+"""What is wrong with a tool on the wrong side of its surface."""
+
+
 class Fitted(NamedTuple):
     """The body at rest that tools must fit, with its supports and its whole surface."""
 
@@ -108,8 +112,8 @@ def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:
     faced = not tool.flat or bool((outward @ normal < -SIDE * norm(outward)).any())
     allowed = (
         f"Sampling.WEIGHTED on faces of {mesh.element.name}: their corners have negative shares of the area, where a "
-        "pressure pulls and contact at nodes cannot. Sides that roll onto a flat tool may be met at nodes, by one of "
-        "their own"
+        "pressure pulls and contact at nodes cannot. Sides that roll onto a flat tool may be met at nodes, by a tool "
+        "of their own"
     )
     require(not faced, f"{label}.sampling", tool.sampling, allowed)
 
@@ -121,10 +125,12 @@ def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
         return
     if isinstance(tool, FlatTool):
         raise SceneError(f"{label}.normal = {tool.normal}: must point from the tool into the body: {wrong}")
+    if wrong != SWALLOWED:
+        wrong += "; let its way begin farther off"
     other = _followed_back(tool.face)
     if other is not None and other.distance(body.mesh.nodes).gap.min() >= -PLANAR * body.mesh.size:
         wrong += "; with its points in the other order the tool, on the right of its line, is off the body"
-    whole = "the body and its mirror images" if body.surroundings.planes else "the body"
+    whole = "the body at rest and its mirror images" if body.surroundings.planes else "the body at rest"
     raise SceneError(f"{label}.surface = {tool.face!r}: must be off {whole}: {wrong}")
 
 
@@ -132,7 +138,7 @@ def inside(surroundings: Surroundings | Skin, tool: Tool, nodes: Floats, roundof
     """The overlap of a body at ``nodes`` (a, d) and the tool at rest, in words, None where there is none."""
     pose = np.zeros(pose_size(nodes.shape[1]))
     if tool.distance(nodes, pose).max() <= roundoff:
-        return "all of the body is inside it"
+        return SWALLOWED
     deep = surroundings.inside(tool, nodes, pose)
     return None if deep is None else f"a part of it is behind {deep}, between which no candidate feels it"
 

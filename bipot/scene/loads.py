@@ -175,7 +175,13 @@ class Loading:
 
     @cached_property
     def _dead(self) -> list[tuple[Dead, Floats]]:
-        return [(load, load.forces(self.space)) for load in self.loads if isinstance(load, Dead)]
+        dead = [(load, load.forces(self.space)) for load in self.loads if isinstance(load, Dead)]
+        for load, forces in dead:
+            shape = self.space.mesh.nodes.shape
+            right = np.shape(forces) == shape and bool(np.isfinite(forces).all())
+            allowed = f"finite, and of shape {shape}: those of nodes"
+            require(right, f"forces of {type(load).__name__}", str(np.shape(forces)), allowed)
+        return dead
 
     @cached_property
     def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:

@@ -40,6 +40,9 @@ from bipot.typing import Bools, Floats
 IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
 """How the nodes of elements in space are numbered, in words."""
 
+PARTS = {"supports": Support, "tools": Tool, "loads": Load}
+"""What acts on a body, by the field of a scene that lists it."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -101,8 +104,12 @@ class Scene:
         same = self.geometry.reduction.dimension == self.mesh.dimension
         kind = "of a plane" if self.mesh.dimension == 2 else "SOLID"
         require(same, "scene.geometry", self.geometry, f"{kind}, as the nodes of the mesh have it")
-        for name, kind in (("supports", Support), ("tools", Tool), ("loads", Load)):
-            object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+        for name, kind in PARTS.items():
+            field, given = f"scene.{name}", getattr(self, name)
+            for k, part in enumerate(given if isinstance(given, tuple | list) else ()):
+                place = next((other for other, its in PARTS.items() if isinstance(part, its)), name)
+                require(place == name, f"{field}[{k}]", part, f"among the {place}")
+            object.__setattr__(self, name, require_tuple(given, kind, field))
 
     @property
     def rule(self) -> Quadrature:

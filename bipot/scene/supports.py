@@ -7,10 +7,11 @@ at one node, and :mod:`bipot.scene.symmetry` checks the rest of a scene against 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_count, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_type
 from bipot.paths import RAMP, Amplitude, require_bounded, require_components
 from bipot.tools import surfaces
 from bipot.typing import Vector, make_floats
@@ -31,9 +32,9 @@ class Support:
         if isinstance(self.direction, tuple | list | np.ndarray):
             object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
         else:
-            require_count(self.direction, "support.direction", 0)
             known = "0, 1 or, in space, 2, or a unit vector"
-            require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
+            whole = isinstance(self.direction, Integral) and not isinstance(self.direction, bool)
+            require(whole and self.direction in (0, 1, 2), "support.direction", self.direction, known)
             object.__setattr__(self, "direction", int(self.direction))
 
     def at(self, tau: float) -> float:
