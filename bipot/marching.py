@@ -164,7 +164,7 @@ def _accurate(shared: Shared, course: Course, target: float) -> Found:
         if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
             break
     if pacer.ends(found.increment, target) and lands_a_face(found.solved):
-        shorter = (found.increment.tau - course.state.tau) / 2
+        shorter = (found.increment.tau - course.state.tau + through_air(found.increment)) / 2
         return _again(shared, course, target, found, shorter, "a face lands before the end")
     return found
 
@@ -249,8 +249,9 @@ def _after(shared: Shared, course: Course, found: Found, target: float) -> Cours
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if shared.pacer is not None:
         begun = begins_flow(course.state, found.solved)
-        strained = length - through_air(found.solved.iterate.increment)
-        proposed = shared.pacer.next(strained or length, found.estimate, found.attempt.passes, begun)
+        # After a way through the air alone lengths begin anew.
+        if (strained := length - through_air(found.solved.iterate.increment)) > 0:
+            proposed = shared.pacer.next(strained, found.estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
     # If an increment by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.
