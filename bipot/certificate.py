@@ -189,9 +189,9 @@ class Bounds:
 def over_bound(measure: float, bound: float, resolution: float = 0.0) -> float:
     """The measure over its bound, or over its ``resolution`` where that is larger.
 
-    Without a bound, inf, it is met even where it is infinite, as the law beside no forces is.
+    Without a bound, inf, it is met even where it is infinite, as the law beside no forces is; never where it is NaN.
     """
-    return 0.0 if math.isinf(bound) else measure / max(bound, resolution)
+    return 0.0 if math.isinf(bound) and not math.isnan(measure) else measure / max(bound, resolution)
 
 
 def certify(

@@ -171,7 +171,7 @@ class _Next:
             if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
                 break
         if pacer.ends(found.increment, self.target) and lands_a_face(found.solved):
-            shorter = (found.increment.tau - began) / 2
+            shorter = (found.increment.tau - began + through_air(found.increment)) / 2
             return self._again(found, shorter, "a face lands before the end")
         return found
 
@@ -253,8 +253,9 @@ class _Next:
         length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
         if pacer is not None:
             begun = begins_flow(course.state, found.solved)
-            strained = length - through_air(found.solved.iterate.increment)
-            proposed = pacer.next(strained or length, found.estimate, found.attempt.passes, begun)
+            # After a way through the air alone lengths begin anew.
+            if (strained := length - through_air(found.solved.iterate.increment)) > 0:
+                proposed = pacer.next(strained, found.estimate, found.attempt.passes, begun)
         after = course.after(found.solved, proposed)
         tau, landed = after.state.tau, course.landed.copy()
         # If one by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.

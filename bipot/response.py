@@ -27,7 +27,10 @@ from bipot.laws.von_mises import Returned, TangentKind, isotropic
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
 from bipot.tensors import contract, deviatoric_basis, equivalent_stress, identity, trace
-from bipot.typing import Floats, read_only
+from bipot.typing import Floats, max_abs, read_only
+
+STILL = 1e-9
+"""A motion below this fraction of the body's size is what is left of balance, in a body that nothing touches."""
 
 ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "translated")
 
@@ -37,10 +40,11 @@ class State:
     """An accepted state and the increment that led to it.
 
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
-    (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
-    and du are stored as found, because a small travel is lost in the round-off of positions. ``translation`` (m,) is
-    the displacement since rest of tools along their driving force, or for moments the arc of their lever
-    (:mod:`bipot.scene.drives`); ``translated`` (m,) is that of the increment that led here. Arrays are read-only.
+    (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here, the
+    length zero if the body rested in it and touched nothing. Gaps and du are stored as found, because a small travel is
+    lost in the round-off of positions. ``translation`` (m,) is the displacement since rest of tools along their
+    driving force, or for moments the arc of their lever (:mod:`bipot.scene.drives`); ``translated`` (m,) is that of the
+    increment that led here. Arrays are read-only.
     """
 
     tau: float
@@ -258,6 +262,9 @@ class Body:
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
         flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
         du, translated = response.du, self.space.beside(response.x)
+        # While tools go through the air, a body rests: what follows is as if it had rested before.
+        moved = max_abs(du) > STILL * self.scene.mesh.size or bool(translated.any())
+        rests = not (moved or start.forces.any() or forces.any())
         return State(
             tau=tau,
             nodes=start.nodes + du,
@@ -269,6 +276,6 @@ class Body:
             du=du,
             translation=start.translation + translated,
             translated=translated,
-            length=tau - start.tau,
+            length=0.0 if rests else tau - start.tau,
             flow=flow,
         )

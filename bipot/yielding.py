@@ -6,16 +6,18 @@ Kinks are those at which the path turns, not changes of pace (:mod:`bipot.scene.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
-from bipot.contact.closeness import touches, until_closed
+from bipot.contact.closeness import TOUCHES, touches, until_closed
 from bipot.fem.reduction import Geometry
 from bipot.iterate import Increment, Iterate
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.surfaces import imaged
-from bipot.typing import Floats, max_abs, vdot
+from bipot.typing import Bools, Floats, max_abs, vdot
 
 YIELDING, CONFINED, TURNED_ROUND = 10.0, 1.2, 2.0
 """A body has long yielded at YIELDING times the strain at yield: CONFINED times that in plane strain, TURNED_ROUND
@@ -26,6 +28,9 @@ FLOWED = 2.0
 
 ROUND_OFF = 1e-6
 """Relative round-off of these strains; a strain below this part of that at yield counts as none."""
+
+SAME = 1e-13
+"""Pseudo-times nearer than this are the same where a tool comes to touch a body: it may come from far."""
 
 
 def is_past_yield(increment: Increment) -> bool:
@@ -40,9 +45,10 @@ def is_past_yield(increment: Increment) -> bool:
 
 def follows_yield(increment: Increment) -> bool:
     """Whether the increment before, from rest or a kink, went past first yield: its mean velocity is of both sides."""
-    start = increment.start
-    turn, _ = increment.paces.since_turn(start.tau, increment.tau)
-    if start.tau - start.length > turn + ROUND_OFF * start.length:
+    start, last = increment.start, increment.past.length
+    turn, passed = increment.paces.since_turn(start.tau, start.tau)
+    touched = 0.0 if turn > 0 else _apart(increment, increment.system.gaps_at_rest)
+    if passed - last > touched + ROUND_OFF * last:
         return False
     peeq = hardened(increment)
     if peeq is not None and start.flow is not None:
@@ -82,14 +88,44 @@ def _apart(increment: Increment, gap: Floats) -> float:
 
     Zero where one touches it already, and where supports that move or loads that change strain it meanwhile.
     """
-    start, tools, contacts = increment.start, increment.tools, increment.system.candidates
-    moves = (tools.travel.any(axis=1) | (tools.turned != 0))[contacts.tool]
-    strained = bool(tools.driven.any()) or increment.loads.changes
-    if strained or touches(gap[moves], contacts.scene.size).any():
-        return 0.0
+    start, moves = increment.start, _coming(increment, gap)
     rate = (increment.rows.gap - start.gap) / (increment.tau - start.tau)
     wait = until_closed(gap[moves], rate[moves])
     return wait if math.isfinite(wait) else 0.0
+
+
+def until_touching(stretch: Increment, step: float) -> float:
+    """How long tools go in a ``stretch`` in which the body rests, until one is as near as counts as touching.
+
+    It is looked for at every ``step``; inf if none comes so near. Zero as in :func:`through_air`.
+    """
+    start, moves = stretch.start, _coming(stretch, stretch.start.gap)
+    length, near = stretch.tau - start.tau, TOUCHES / 2 * stretch.system.candidates.scene.size
+    if not moves.any():
+        return 0.0
+
+    def gap(time: float) -> float:
+        return float(replace(stretch, tau=start.tau + time).rows.gap[moves].min()) - near
+
+    ends = [*np.arange(step, length, step).tolist(), length]
+    for begin, end in pairwise([0.0, *ends]):
+        if gap(end) <= 0:
+            # scipy.optimize takes long to import, and most marches begin with tools that touch.
+            from scipy.optimize import brentq
+
+            return float(brentq(gap, begin, end, xtol=SAME))
+    return math.inf
+
+
+def _coming(increment: Increment, gap: Floats) -> Bools:
+    """Candidates (c,) of tools that move, with such a ``gap`` (c,) from a body that rests meanwhile.
+
+    None where one touches it already, and where supports that move or loads that change strain it.
+    """
+    tools, contacts = increment.tools, increment.system.candidates
+    moves = (tools.travel.any(axis=1) | (tools.turned != 0))[contacts.tool]
+    strained = bool(tools.driven.any()) or increment.loads.changes
+    return moves & (not (strained or touches(gap[moves], contacts.scene.size).any()))
 
 
 def flows(iterate: Iterate) -> bool:

@@ -15,6 +15,7 @@ from bipot.certificate import (
     certify,
     contact_gaps,
     material_gaps,
+    over_bound,
 )
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises, radial_return
@@ -264,3 +265,8 @@ def test_an_infinite_measure_without_a_bound_is_met():
     assert found.law == np.inf
     assert found.ratios(Bounds())["law"] == np.inf
     assert not any(found.ratios(Bounds.none()).values())
+
+
+def test_what_is_no_number_is_met_by_no_measure():
+    """Without bounds forces that are not numbers were taken: the march ended at the energies they had made."""
+    assert np.isnan(over_bound(np.nan, np.inf))

@@ -25,10 +25,10 @@ class Course:
     ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force
     among them. The others serve increment control: between two scheduled pseudo-times ``size`` is the length of the
     next increment, and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where
-    control begins anew. ``proposed`` is the length of the next increment chosen by an accuracy, NaN without one
-    (:mod:`bipot.control.pacing`). ``landed`` (c,) marks the candidates at whose landing an increment was cut since the
-    last scheduled pseudo-time. ``before`` are the two increments before the last one as the predictor sees them, the
-    later first, NaN where unknown.
+    control begins anew. ``proposed`` is the length of the next increment chosen by an accuracy, NaN without one and
+    after a way through the air (:mod:`bipot.control.pacing`). ``landed`` (c,) marks the candidates at whose landing an
+    increment was cut since the last scheduled pseudo-time. ``before`` are the two increments before the last one as the
+    predictor sees them, the later first, NaN where unknown.
 
     All fields are values: floats, whole numbers and read-only arrays whose shapes the scene fixes.
 

@@ -13,7 +13,9 @@ counts what a turn of the motion leaves in full.
 At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), lengths begin anew. The first increment
 has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at most
 GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry, over
-the body's extent, beyond what tools go through the air. The strain by a load that changes is not known, a tool that
+the body's extent, beyond what tools go through the air. Where nothing touches a body that rests, one increment takes
+tools up to where the first touches, and lengths begin anew there: slips beneath flat tools are those of whole
+increments, and what a tool slides in the air does not rub. The strain by a load that changes is not known, a tool that
 turns may only roll, and a curved one dents what is beneath it: the first increment is then at most UNDRIVEN of the way
 to the next kink. Beneath a flat tool that turns from rest, whose force and moment are not stationary in the direction
 of flow, as its power is, it ends where the body begins to yield, however long the way is. If flow begins in one, the
@@ -41,7 +43,7 @@ from bipot.response import State
 from bipot.system import System
 from bipot.tools.surfaces import Plane
 from bipot.typing import max_abs
-from bipot.yielding import YIELDING, flows, goes_one_way, strain_of, through_air, yielded_strain
+from bipot.yielding import YIELDING, flows, goes_one_way, strain_of, through_air, until_touching, yielded_strain
 
 ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
@@ -118,7 +120,7 @@ class Pacer:
 
     def halves(self, start: State) -> bool:
         """Whether a first increment from ``start``, at rest or a kink, may carry on the flow of its first half."""
-        return start.length > 0 or self._fine
+        return start.length > 0 or bool(start.peeq.any()) or self._fine
 
     def is_even(self, near: Near) -> bool:
         """Whether one from rest strains the body so evenly, along one line, that it needs no halves."""
@@ -131,13 +133,13 @@ class Pacer:
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, past first yield."""
-        left, past_yield, whole = target - state.tau, 0.0, Increment(system, state, target)
+        left, least, whole = target - state.tau, 0.0, Increment(system, state, target)
         if math.isnan(proposed) or whole.past.turns:
-            proposed, past_yield = self._first(whole)
+            proposed, least = self._first(whole)
         else:
             proposed = max(proposed / whole.past.quicker, LEAST_LENGTH)
         equal = left / max(1, math.ceil(left / proposed - SLACK))
-        return equal if equal >= past_yield else min(proposed, left)
+        return equal if equal >= least else min(proposed, left)
 
     def ends(self, increment: Increment, target: float) -> bool:
         """Whether it ends at the scheduled ``target``, where an event within it would leave its error in the force.
@@ -162,7 +164,10 @@ class Pacer:
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 
     def _first(self, whole: Increment) -> tuple[float, float]:
-        """The first length of the stretch ``whole`` of constant rates, and the length that passes first yield."""
+        """The first length of the stretch ``whole`` of constant rates, and the least that others may have instead.
+
+        That is the length which passes first yield, or inf for one that goes through the air up to the body.
+        """
         system, state = whole.system, whole.start
         near = system.candidates.reached(whole.rows.gap)
         curved = np.array([not isinstance(tool.face, Plane) for tool in system.body.scene.tools], dtype=bool)
@@ -170,13 +175,14 @@ class Pacer:
         part = SMALL_TURN / max(max_abs(whole.tools.turned[near]), SMALL_TURN)
         strained = strain_of(replace(whole, tau=state.tau + part * stretch)) / part
         most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or unsure[near].any() else stretch
+        if not state.forces.any() and (wait := until_touching(whole, most)) > LEAST_LENGTH:
+            return min(wait, stretch), math.inf
         if strained == 0:
             return most, 0.0
-        far = yielded_strain(system, state.peeq if state.length > 0 else None)
-        air = through_air(whole)
+        far = yielded_strain(system, state.peeq if state.length > 0 or state.peeq.any() else None)
         if state.length == 0 and (whole.tools.turned[near & ~curved] != 0).any():
-            return max(min(air + far / YIELDING / strained * stretch, most), LEAST_LENGTH), 0.0
+            return max(min(far / YIELDING / strained * stretch, most), LEAST_LENGTH), 0.0
         # Past first yield, but not much farther than the least: the estimate sees little of a first increment.
         least = ONSET * math.sqrt(self.aim)
-        strain = min(max(least, far), GROWTH * least)
+        strain, air = min(max(least, far), GROWTH * least), through_air(whole)
         return max(min(air + strain / strained * stretch, most), LEAST_LENGTH), air + far / strained * stretch
