@@ -71,9 +71,9 @@ Each march uses `newton` with the fallbacks `tangent` and `dissipation`. On the 
 {100 * CONIC.tolerance:g} % of the increments may end in one of these conic forms, and no measure of a certificate may
 be above its bound. On the coarsest mesh `tangent` and `dissipation` each repeat every march alone, from rest to its
 end, in the increments of `newton`; where they had to cut, `newton` repeats the march in theirs. The table gives the
-largest difference of the forces of tools and supports, over the largest force so far, in all increments whose forces the
-law determines (while the hold-back of `capstan` rises, the shares of the cylinder and the other end are not determined).
-The allowed difference is a hundred-thousandth."""
+largest difference of the forces of tools and supports, over the largest force so far, in all increments whose forces
+the law determines (while the hold-back of `capstan` rises, the shares of the cylinder and the other end are not
+determined). The allowed difference is a hundred-thousandth."""
 
 
 def forms(shown: dict[Case, list[Row]]) -> str:
