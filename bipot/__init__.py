@@ -17,6 +17,7 @@ certificate. These are the public names by subject; everything else is in the su
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * linear algebra of Newton: SuperLU, Pardiso
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
+* contact problems: contact_problem, ContactProblem, export_fclib
 * results: Accepted, State, Components, Certificate, Energies
 * files: Recorder, Existing, History
 * errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed
@@ -59,7 +60,7 @@ from bipot.errors import (
     UnboundedProgram,
     UnsuitedForm,
 )
-from bipot.exchange import conic_program
+from bipot.exchange import ContactProblem, conic_program, contact_problem, export_fclib
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Components, Geometry
@@ -113,6 +114,7 @@ __all__ = [
     "Configuration",
     "ConicProgram",
     "ConicSolution",
+    "ContactProblem",
     "Control",
     "Course",
     "Cvxpy",
@@ -191,8 +193,10 @@ __all__ = [
     "brick",
     "cone",
     "conic_program",
+    "contact_problem",
     "cylinder",
     "cylinder_3d",
+    "export_fclib",
     "flat_punch",
     "handed_on",
     "limit_load",

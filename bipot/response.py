@@ -35,7 +35,7 @@ STILL = 1e-9
 ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "translated")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class State:
     """An accepted state and the increment that led to it.
 
@@ -63,6 +63,10 @@ class State:
     def __post_init__(self) -> None:
         for name in ARRAYS:
             object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
+
+    def __repr__(self) -> str:
+        """One line, without the arrays."""
+        return f"State(tau={self.tau:.6g}, {len(self.nodes)} nodes, {len(self.forces)} candidates)"
 
     @property
     def velocity(self) -> Floats:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.solver import Accuracy
 from bipot.coulomb import (
     AlartCurnier,
     CoulombProblem,
@@ -65,6 +67,17 @@ def test_the_file_holds_the_problem_and_the_marchs_solution(exported):
     np.testing.assert_array_equal(solution["r"], r)
     np.testing.assert_allclose(solution["u"], problem.velocity(r))
     assert residual(problem, r) < 1e-11
+
+
+def test_programs_and_problems_are_shown_in_one_line_with_their_answers(accepted):
+    program, problem = conic_program(accepted, Dissipation()).conic(), contact_problem(accepted).problem
+    found = solve(problem)
+    assert repr(problem) == f"CoulombProblem({problem.contacts} contacts, dim=2)"
+    assert repr(found) == f"CoulombSolution({problem.contacts} contacts: {found.reason})"
+    said = f"ConicProgram({len(program.q)} variables; rows of yield 448, gap 9, friction 16, tie 0)"
+    assert repr(program) == said
+    answer, _ = Clarabel().solve(program, Accuracy())
+    assert repr(answer) == f"ConicSolution(solved in {answer.iterations} iterations: {said})"
 
 
 def test_the_motion_of_the_reduced_problem_is_that_of_the_march(exported, accepted):

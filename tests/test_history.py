@@ -92,8 +92,6 @@ def test_unknown_names_are_refused_with_the_known_ones(recorded):
     history = open_results(recorded)
     with pytest.raises(SceneError, match=r"column = 'force': must be one of \['increment'"):
         history["force"]
-    with pytest.raises(SceneError, match=r"by = 'force': must be one of \['tau', 'increment'"):
-        history.at(0.5, by="force")
     with pytest.raises(SceneError, match="field = 'temperature': must be one of"):
         history.nodal("temperature")
 

@@ -199,3 +199,5 @@ def test_an_increment_is_shown_in_one_line():
     shown = repr(first)
     assert shown.startswith(f"Accepted(1: tau=0.25, tangent, {first.passes} passes, forces=[[")
     assert len(shown) < 150
+    assert repr(first.state) == "State(tau=0.25, 8 nodes, 4 candidates)"
+    assert repr(first.course) == "Course(increment 1, State(tau=0.25, 8 nodes, 4 candidates))"

@@ -76,7 +76,7 @@ def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
         (1, "passes", r"by = 'passes': must be tau, or a column of numbers that increase"),
         (1, "form", r"by = 'form': must be tau"),
         (0, "cuts", r"by = 'cuts': must be tau, or a column of numbers that increase"),
-        (1, "temperature", r"column = 'temperature': must be one of"),
+        (1, "temperature", r"by = 'temperature': must be one of \['tau', 'increment'"),
         (np.nan, "tau", "tau = nan"),
         ("end", None, "reduction = 'end'"),
     ],

@@ -95,7 +95,7 @@ def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
     return sp.csr_matrix(A), np.concatenate([np.zeros(0), *(r.b for r in rows)])
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ConicProgram:
     """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks.
 
@@ -107,6 +107,11 @@ class ConicProgram:
     rows: tuple[Rows, ...]
     blocks: Mapping[str, slice]
     statement: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
+
+    def __repr__(self) -> str:
+        """One line, without the arrays."""
+        rows = ", ".join(f"{rows.term} {len(rows.b)}" for rows in self.rows)
+        return f"ConicProgram({len(self.q)} variables; rows of {rows or 'nothing'})"
 
     def cost(self, x: Floats) -> float:
         """1/2 x' P x + q' x."""
@@ -150,7 +155,7 @@ class Timing:
         return Timing(self.build + other.build, self.solve + other.solve, self.assembly + other.assembly)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class ConicSolution:
     """Primal x (n,), dual per term (m, width), and measures of both that are independent of the solver."""
 
@@ -160,6 +165,10 @@ class ConicSolution:
     outcome: Claim
     iterations: int
     timing: Timing
+
+    def __repr__(self) -> str:
+        """One line, without the arrays."""
+        return f"ConicSolution({self.outcome.value} in {self.iterations} iterations: {self.program!r})"
 
     def block(self, block: str) -> Floats:
         """The variables of one named block."""

@@ -18,7 +18,7 @@ SHORTEST = 1e-20
 """Length in pseudo-time far below round-off, so that rates are finite."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Course:
     """The current state of a march, and everything else that it carries from increment to increment.
 
@@ -69,6 +69,10 @@ class Course:
         before = require_tuple(self.before, Paced, "course.before")
         require(len(before) == 2, "course.before", before, "two")
         object.__setattr__(self, "before", before)
+
+    def __repr__(self) -> str:
+        """One line, without the arrays."""
+        return f"Course(increment {self.number}, {self.state!r})"
 
     @staticmethod
     def of(state: State) -> Course:

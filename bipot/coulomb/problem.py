@@ -100,7 +100,7 @@ class Affine:
         return vector.reshape(-1, self.dim)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CoulombProblem(Affine):
     """u = W r + q with Coulomb's law at every contact; W (dc, dc), q (dc,), mu (c,) or a number, dim = d.
 
@@ -127,6 +127,10 @@ class CoulombProblem(Affine):
         object.__setattr__(self, "mu", _friction(self.mu, rows // self.dim))
         weakest = int(self.contact_unit.argmin())
         require_magnitude(float(self.contact_unit[weakest] ** 2), f"mean diagonal of W at contact {weakest}", LARGEST)
+
+    def __repr__(self) -> str:
+        """One line, without the arrays."""
+        return f"CoulombProblem({self.contacts} contacts, dim={self.dim})"
 
     @property
     def contacts(self) -> int:

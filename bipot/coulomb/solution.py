@@ -195,7 +195,7 @@ def residual(problem: CoulombProblem, r: Floats) -> float:
     return judge(problem, known_force(problem, r)).residual
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CoulombSolution:
     """A force r (dc,) for ``problem``, with the solver's report and the means to check it.
 
@@ -209,6 +209,10 @@ class CoulombSolution:
     reason: str
     iterations: int
     seconds: float
+
+    def __repr__(self) -> str:
+        """One line, without the arrays."""
+        return f"CoulombSolution({self.problem.contacts} contacts: {self.reason})"
 
     @property
     def converged(self) -> bool:
