@@ -70,7 +70,7 @@ def test_what_a_tool_slides_in_the_air_does_not_rub(gap, path):
     scene, accuracy = Scene(block(1.0, 1.0, 4, 4), Geometry.PLANE_STRAIN, MATERIAL, held, (tool,)), 1e-3
     steps = list(march(scene, Schedule(accuracy=accuracy), CONTROL))
     ends = [0.0, *(step.state.tau for step in steps)]
-    parts = [float(tau) for a, b in pairwise(ends) for tau in np.linspace(a, b, 9)[1:]]
+    parts = tuple(float(tau) for a, b in pairwise(ends) for tau in np.linspace(a, b, 9)[1:])
     fine = {step.state.tau: step.tool_force(0) for step in march(scene, Schedule(1, landings=parts[:-1]), CONTROL)}
     off = [abs(step.tool_force(0) - fine[step.state.tau])[1] for step in steps]
     assert max(off) < 3 * accuracy * max(abs(force[1]) for force in fine.values())
