@@ -98,8 +98,6 @@ class Advance:
         the other supports prescribe; held nodes move as prescribed. This is continuous in what is prescribed, exact
         where that is a translation, and the same for half a body as for the whole.
         """
-        if not self.driven.any():
-            return self.driven
         holding = self.candidates.scene.holding
         missing = np.where(holding.held, holding.axes.components(self.driven - self.way), 0.0)
         return self.way + holding.axes.field(missing)

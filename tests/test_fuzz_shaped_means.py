@@ -153,14 +153,14 @@ def test_a_library_in_which_one_node_slips_for_its_mean_is_found(monkeypatch):
 def test_a_library_that_lets_candidates_land_too_early_is_found(monkeypatch, share):
     """As if all of the way, or a hundredth of what is in the air, were a slip."""
     whole = Faces.in_air
-    monkeypatch.setattr(Faces, "in_air", lambda self, apart, going: share * whole(self, apart, going))
+    monkeypatch.setattr(Faces, "in_air", lambda self, apart, *way: share * whole(self, apart, *way))
     assert "energies off" in misstated(ran(LANDING, 1))
 
 
 def test_a_library_in_which_nodes_land_one_by_one_is_found(monkeypatch):
-    def alone(self, apart, going):
-        parts = Parts.whole(len(going.x))
-        return whole(replace(self, parts=parts), apart[self.parts.owner], going)
+    def alone(self, apart, x, *way):
+        parts = Parts.whole(len(x))
+        return whole(replace(self, parts=parts), apart[self.parts.owner], x, *way)
 
     whole = Faces.in_air
     monkeypatch.setattr(Faces, "in_air", alone)

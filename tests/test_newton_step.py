@@ -17,7 +17,7 @@ from bipot.programs.data import ContactRows
 from bipot.programs.frames import Frames
 from bipot.programs.newton import Model, minimised
 from bipot.programs.ordering import Pattern
-from bipot.programs.pieces import Deadband, Pieces
+from bipot.programs.pieces import Pieces
 from tests.newton_models import csc, newton, rows_of, turned
 
 
@@ -199,7 +199,7 @@ def test_pieces_are_the_derivatives_of_the_law(seed: int, tangents: int) -> None
 
 def test_dead_band_holds_a_contact_without_force_or_gap() -> None:
     rows = rows_of(np.eye(2), np.eye(2), np.zeros(2), np.zeros(2), 0.1)
-    band, scale = Deadband(pull=1e-3, gap=1e-3), np.ones(2)
+    band, scale = (1e-3, 1e-3), np.ones(2)
     closed = Pieces.of(rows, np.zeros((2, 2)), np.ones((2, 2)), scale)
     weak = np.array([[-5e-4, 0.0], [-2e-3, 0.0]])
     assert Pieces.of(rows, np.zeros((2, 2)), weak, scale, band, closed).closed.tolist() == [True, False]

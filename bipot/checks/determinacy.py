@@ -18,6 +18,7 @@ program whether the body could equally be farther from them.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -120,18 +121,12 @@ def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
 
     Contacts that carry no more than ``noise`` hold nothing tangentially.
     """
-    rigid = _rigid(iterate)
-    if not rigid.size:
-        return rigid
-    return _unstopped(iterate.rows, rigid, Active.of(iterate, r, noise))
+    return _unstopped(iterate, lambda: Active.of(iterate, r, noise))
 
 
 def pressed_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
     """Motions N (n, m) without strain that only supports and contacts that carry more than ``noise`` do not prevent."""
-    rigid, rows = _rigid(iterate), iterate.rows
-    if not rigid.size:
-        return rigid
-    return _unstopped(rows, rigid, Active.of(iterate, r).only(rows.tied | carries(r, noise)))
+    return _unstopped(iterate, lambda: Active.of(iterate, r).only(iterate.rows.tied | carries(r, noise)))
 
 
 def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
@@ -180,15 +175,11 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     return not definite(sp.csc_matrix(K + stiff * (stopped.T @ stopped)))
 
 
-def _rigid(iterate: Iterate) -> Floats:
-    """Motions (n, m) without strain where unknowns are counted from, in the configuration x = 0."""
+def _unstopped(iterate: Iterate, active: Callable[[], Active]) -> Floats:
+    """Motions (n, m) without strain, orthonormal, where unknowns are counted from, that ``active`` contacts allow."""
     system = iterate.increment.system
-    return system.strainless_at(system.body.scene.origin(iterate.increment.start.nodes))
-
-
-def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:
-    """Rigid motions (n, m), orthonormal if ``rigid`` are, that the ``active`` contacts do not stop."""
-    return rigid @ null_space(active.stopped(rows, rigid), rcond=RANK)
+    rigid = system.strainless_at(system.body.scene.origin(iterate.increment.start.nodes))
+    return rigid @ null_space(active().stopped(iterate.rows, rigid), rcond=RANK) if rigid.size else rigid
 
 
 def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:

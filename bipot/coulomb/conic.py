@@ -147,8 +147,8 @@ def _refined(
 
 def force_program(problem: ScaledProblem, top: Floats, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
-    W, diagonal = sparse.csr_array(problem.W), np.ones((problem.mu.size, problem.dim))
-    P = sparse.csc_matrix((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size))
+    diagonal = np.ones((problem.mu.size, problem.dim))
+    P = sparse.csc_matrix(problem.symmetric_part() + settings.regularisation * sparse.eye_array(problem.size))
     bare = sparse.csr_matrix(sparse.eye_array(problem.size))[problem.dim * np.flatnonzero(top == 0)]
     # the zeros of diag(top, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     diagonal[:, 0] = top

@@ -50,9 +50,7 @@ class _FixedPoint:
     def init(self, problem: ScaledProblem, r: Floats) -> FixedPointState:
         """Set up the program."""
         program = force_program(problem, np.zeros_like(problem.mu) if self.discs else problem.mu, self.settings)
-        # What a convex subproblem cannot hold is carried as a load.
-        W = sparse.csr_array(problem.W)
-        return FixedPointState(r, r, Past(), program, sparse.csr_array((W - W.T) * 0.5))
+        return FixedPointState(r, r, Past(), program, problem.antisymmetric_part())
 
     def _pass(
         self,

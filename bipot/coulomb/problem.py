@@ -99,6 +99,16 @@ class Affine:
         """The rows of each contact, (dc,) -> (c, d)."""
         return vector.reshape(-1, self.dim)
 
+    def symmetric_part(self) -> sparse.csr_array:
+        """(W + Wᵀ)/2, what a convex subproblem can hold."""
+        W = sparse.csr_array(self.W)
+        return sparse.csr_array((W + W.T) * 0.5)
+
+    def antisymmetric_part(self) -> sparse.csr_array:
+        """(W - Wᵀ)/2, what a convex subproblem must carry as a load."""
+        W = sparse.csr_array(self.W)
+        return sparse.csr_array((W - W.T) * 0.5)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CoulombProblem(Affine):

@@ -10,7 +10,7 @@ import numpy as np
 
 from bipot.iterate import Iterate
 from bipot.programs.frames import SOFTENED, Frames
-from bipot.programs.pieces import Deadband, Pieces
+from bipot.programs.pieces import Pieces
 from bipot.typing import Floats, max_abs, vdot
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
@@ -74,7 +74,7 @@ class Law:
             # Without forces yet, a gap of 1e-17 is an open contact and such a slip slides: nothing may hold the body.
             places = max(max_abs(iterate.increment.start.nodes), max_abs(iterate.response.du))
             clear = np.where(np.abs(motion) > FAINT * places, motion, 0.0)
-        pieces = Pieces.of(rows, clear, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
+        pieces = Pieces.of(rows, clear, r, self.scale, (BAND_PULL * largest, gap), last)
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
         return self.at(iterate, r, pieces)

@@ -27,18 +27,6 @@ ALIKE = 1e-9
 
 
 @dataclass(frozen=True)
-class Deadband:
-    """How far contacts may stray before their pieces change: pull (force) and gap (length), (c,) or one number.
-
-    The axis node of a quadratic mesh carries no consistent share of the pressure: r_n and gap both vanish there up to
-    round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it harms nothing.
-    """
-
-    pull: Floats | float = 0.0
-    gap: Floats | float = 0.0
-
-
-@dataclass(frozen=True)
 class Pieces:
     """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of the friction force at y, outside of which it slides.
 
@@ -60,19 +48,24 @@ class Pieces:
         motion: Floats,
         r: Floats,
         scale: Floats,
-        band: Deadband = Deadband(),
+        band: tuple[Floats | float, Floats | float] = (0.0, 0.0),
         before: Pieces | None = None,
         threshold: Floats | None = None,
     ) -> Pieces:
-        """The pieces at motion and forces (c, d); those ``before`` stay within the dead band.
+        """The pieces at motion and forces (c, d); those ``before`` stay within the dead ``band`` of force and gap.
+
+        The axis node of a quadratic mesh carries no consistent share of the pressure: r_n and gap both vanish there up
+        to round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it harms
+        nothing.
 
         ``threshold`` (f,) is that of the friction rows where it is frozen.
         """
         # What touches without a force is closed: Newton's matrix is then regular where only contacts hold the body.
         closed = r[:, 0] - scale * motion[:, 0] >= 0
         if before is not None:
-            held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
-            weak = np.where(before.closed, np.abs(motion[:, 0]) <= band.gap, np.abs(r[:, 0]) <= band.pull)
+            pull, gap = band
+            held = np.where(before.closed, r[:, 0] > -pull, motion[:, 0] < -gap)
+            weak = np.where(before.closed, np.abs(motion[:, 0]) <= gap, np.abs(r[:, 0]) <= pull)
             closed = np.where(weak, held, closed)
         closed = closed | rows.tied
         mu, fixed = rows.rubbing, np.zeros(rows.count)
