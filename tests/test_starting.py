@@ -10,7 +10,7 @@ from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.forms import Newton, Penalty
+from bipot.forms import Dissipation, Newton, Penalty
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
@@ -212,3 +212,14 @@ def test_a_march_of_any_strain_goes_on_from_its_course(configuration):
     whole = list(march(scene, Schedule(5), Control(Newton())))
     (rest,) = march(scene, Schedule(5), Control(Newton()), start=whole[-2].course)
     np.testing.assert_array_equal(rest.state.nodes, whole[-1].state.nodes)
+
+
+def test_a_state_in_which_a_tool_is_still_in_the_air_is_taken_with_what_is_left_of_balance():
+    """A body that rests has no travel by which the round-off of its answer could be known."""
+    given = upsetting(mu=0.3, elements=2, reduction=0.04)
+    (punch,) = given.tools
+    above = replace(given, tools=(replace(punch, point=(0.0, punch.point[1] + 0.08)),))
+    path, conic = Schedule(4), Control(Dissipation(), ())
+    for step in march(above, path, conic):
+        assert (step.state.length == 0) == (step.number == 1)
+        next(march(above, path, conic, start=step.course), None)

@@ -17,7 +17,7 @@ from bipot.fem.strain import Configuration
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.load_change import BALANCED
-from bipot.response import State
+from bipot.response import STILL, State
 from bipot.scene.fitting import inside
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import image_depth
@@ -211,7 +211,8 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     off = min(_size(body.space, pushed - load) for load in carried)
     scale = body.space.force_scale(forces, body.space.spread(loads))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
-    moved = float(norm(start.du).max()) + arrived.reach
+    # A body that rested in an increment moved by what was left of balance.
+    moved = float(norm(start.du).max()) + (arrived.reach if start.length > 0 else STILL * body.scene.mesh.size)
     noise = system.round_off(start.stress, moved)
     why = "is it another scene's?" if start.forces.any() else RELEASED
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: {why}"
