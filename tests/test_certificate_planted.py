@@ -10,7 +10,11 @@ from bipot.certificate import (
 )
 from bipot.checks.examined import Examined
 from bipot.iterate import Increment, Iterate
-from tests.scenes import fresh, run
+from bipot.marching import system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
+from tests.scenes import PLANES, fresh, run
+from tests.test_independent_sampling import curved, under_a_punch
 
 
 @pytest.fixture(scope="module")
@@ -98,3 +102,15 @@ def test_stress_off_the_surface_shows_in_yield_and_in_the_material_gap(system, a
     fenchel = -0.01 * 300.0 * returned.dpeeq[point]
     elastic = (0.01 * 300.0) ** 2 / (6 * system.body.scene.material.elasticity.shear)
     assert planted.material_gap == pytest.approx(weight * (abs(fenchel) + elastic), rel=1e-6)
+
+
+@pytest.mark.parametrize("geometry", PLANES)
+def test_law_is_scaled_by_the_force_that_moves_a_mean_by_one(geometry):
+    """The least energy of springs at its nodes, by its own multiplier."""
+    system = system_of(under_a_punch(curved(block(10.0, 6.0, 3, 2, element=Element.Q8)), geometry))
+    stiffness, weights = system.rigidity, system.candidates.means.weights.toarray()
+    springs = np.diag(stiffness.nodal)
+    for row, found in zip(weights, stiffness.contact, strict=True):
+        bordered = np.block([[springs, -row[:, None]], [row[None], np.zeros((1, 1))]])
+        assert found == pytest.approx(np.linalg.solve(bordered, np.append(np.zeros(len(row)), 1.0))[-1], rel=1e-10)
+    assert (stiffness.contact > 1.3 * stiffness.nodal[system.candidates.node]).any()

@@ -68,11 +68,6 @@ def unloaded(system):
     return None if v is None else system.body.space.spread(v)
 
 
-def test_uzawa_with_a_small_penalty_asks_for_a_larger_one():
-    small = Control(Uzawa(1e4, 1e4), (), cuts=0)
-    assert "Raise K_n and K_t" in last_words(upsetting(mu=0.2, reduction=0.1, elements=2), small)
-
-
 def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):
     def stops(*_, **__):
         raise cp.SolverError("Solver 'CLARABEL' failed.")

@@ -77,18 +77,6 @@ def test_weights_written_a_second_time_are_the_library_s(element, body, geometry
     assert len(np.unique(found.node)) < len(found.node) < len(mesh.boundary_nodes(*names))
 
 
-@pytest.mark.parametrize("geometry", PLANES)
-def test_law_is_scaled_by_the_force_that_moves_a_mean_by_one(geometry):
-    """The least energy of springs at its nodes, by its own multiplier."""
-    system = system_of(under_a_punch(curved(block(10.0, 6.0, 3, 2, element=Element.Q8)), geometry))
-    stiffness, weights = system.rigidity, system.candidates.means.weights.toarray()
-    springs = np.diag(stiffness.nodal)
-    for row, found in zip(weights, stiffness.contact, strict=True):
-        bordered = np.block([[springs, -row[:, None]], [row[None], np.zeros((1, 1))]])
-        assert found == pytest.approx(np.linalg.solve(bordered, np.append(np.zeros(len(row)), 1.0))[-1], rel=1e-10)
-    assert (stiffness.contact > 1.3 * stiffness.nodal[system.candidates.node]).any()
-
-
 @pytest.mark.parametrize("turn", [-61.0, -59.0, 59.0, 61.0])
 def test_edges_share_a_point_unless_one_turns_by_more_than_sixty_degrees(turn):
     angle = np.deg2rad(turn)

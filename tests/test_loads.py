@@ -198,24 +198,6 @@ def test_bad_loads_are_refused_by_name(make, field):
         bar((make(),))
 
 
-class Short:
-    """A load of one's own, of another shape than the nodes."""
-
-    amplitude = Amplitude()
-
-    def check(self, mesh):
-        pass
-
-    def forces(self, space):
-        return np.zeros(space.mesh.nodes.shape)[1:]
-
-
-def test_forces_of_a_load_of_ones_own_are_refused_where_they_are_not_those_of_nodes():
-    said = r"forces of Short = '\(\d+, 2\)': must be finite, and of shape \(\d+, 2\): those of nodes"
-    with pytest.raises(SceneError, match=said):
-        next(march(bar((Short(),)), Schedule(1)))
-
-
 def test_bad_prescriptions_are_refused_by_name():
     with pytest.raises(SceneError, match=r"prescribed\.displacement"):
         Prescribed("top", 1, np.nan)

@@ -1,4 +1,4 @@
-"""Loads and prescribed displacements where tools touch: friction of what is driven, welds, forces that are shared."""
+"""Loads and prescribed displacements where tools touch: friction of what is driven, welds, shared forces; own loads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.errors import IncrementFailed
+from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Tangent
@@ -188,3 +188,21 @@ def test_a_march_lands_on_every_corner_of_an_amplitude():
     steps = list(march(scene, Schedule(1), Control(Newton())))
     assert [a.state.tau for a in steps] == [0.3, 1.0]
     assert steps[-1].state.peeq.max() > 1e-3
+
+
+class Short:
+    """A load of one's own, of another shape than the nodes."""
+
+    amplitude = Amplitude()
+
+    def check(self, mesh):
+        pass
+
+    def forces(self, space):
+        return np.zeros(space.mesh.nodes.shape)[1:]
+
+
+def test_forces_of_a_load_of_ones_own_are_refused_where_they_are_not_those_of_nodes():
+    said = r"forces of Short = '\(\d+, 2\)': must be finite, and of shape \(\d+, 2\): those of nodes"
+    with pytest.raises(SceneError, match=said):
+        next(march(bar((Short(),)), Schedule(1)))

@@ -206,3 +206,9 @@ def test_a_welded_tool_is_refused_in_words():
     scene = upsetting(mu=np.inf, reduction=0.2, elements=2)
     with pytest.raises(IncrementFailed, match=r"do not weld .*\. Take another form, or give it fallbacks\.$"):
         list(march(scene, path(0.2, 1), Control(Penalty(1e5, 1e5), (), cuts=0)))
+
+
+def test_uzawa_with_a_small_penalty_asks_for_a_larger_one():
+    small = Control(Uzawa(1e4, 1e4), (), cuts=0)
+    with pytest.raises(IncrementFailed, match="Raise K_n and K_t"):
+        list(march(upsetting(mu=0.2, reduction=0.1, elements=2), Schedule(2), small))
