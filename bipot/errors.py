@@ -13,7 +13,7 @@ from collections.abc import Callable
 from enum import Enum
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 LARGEST_STRESS, LARGEST_LENGTH = 1e60, 1e40
 """Largest value in any units, and inverse of the smallest: (E size^2)^2 then neither overflows nor vanishes."""
@@ -196,6 +196,11 @@ def require_magnitude(value: float, field: str, largest: float) -> None:
     require(value == 0 or 1 / largest <= abs(value) <= largest, field, value, allowed)
 
 
+def is_whole(value: object) -> TypeGuard[Integral]:
+    """Whether ``value`` is of an integer type, a truth value apart."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
 def require_count(value: object, field: str, least: int = 1, most: int = LARGEST_COUNT) -> None:
     """Raise :class:`SceneError` unless ``value`` is a whole number, an integer type, from ``least`` to ``most``.
 
@@ -204,8 +209,7 @@ def require_count(value: object, field: str, least: int = 1, most: int = LARGEST
         ...
     bipot.errors.SceneError: increments = 2.5: must be a whole number
     """
-    whole = isinstance(value, Integral) and not isinstance(value, bool)
-    require(whole, field, value, "a whole number")
+    require(is_whole(value), field, value, "a whole number")
     number = int(value)  # type: ignore[call-overload]
     require(number >= least, field, _shown(number), f">= {least}")
     require(number <= most, field, _shown(number), f"<= {most}")

@@ -7,11 +7,10 @@ at one node, and :mod:`bipot.scene.symmetry` checks the rest of a scene against 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from numbers import Integral
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_type
+from bipot.errors import LARGEST_LENGTH, is_whole, require, require_type
 from bipot.paths import RAMP, Amplitude, require_bounded, require_components
 from bipot.tools import surfaces
 from bipot.typing import Vector, make_floats
@@ -33,8 +32,8 @@ class Support:
             object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
         else:
             known = "0, 1 or, in space, 2, or a unit vector"
-            whole = isinstance(self.direction, Integral) and not isinstance(self.direction, bool)
-            require(whole and self.direction in (0, 1, 2), "support.direction", self.direction, known)
+            right = is_whole(self.direction) and self.direction in (0, 1, 2)
+            require(right, "support.direction", self.direction, known)
             object.__setattr__(self, "direction", int(self.direction))
 
     def at(self, tau: float) -> float:
