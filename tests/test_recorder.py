@@ -224,6 +224,21 @@ def test_what_is_no_scene_or_column_is_refused(given, words, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"lenght": "mm"}, r"units = 'lenght': must be a quantity, one of \['length', 'force', 'stress', 'energy'\]"),
+        ({"length": 1.0}, r"units\['length'\] = 1.0: must be a str"),
+        ({"length": None}, r"units\['length'\] = None: must be a str"),
+        (["length"], "units = .*: must be values by name"),
+    ],
+)
+def test_units_are_of_quantities(given, words, tmp_path):
+    asked = {"scene": SCENE, "columns": (INCREMENT,), "parameters": {}}
+    refused(lambda: Recorder(tmp_path, units=given, **asked), words)
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_is_no_column_is_not_made():
     refused(lambda: Column(None, "", lambda _, a: 1), "column.name = None: must be a str")  # type: ignore[arg-type]
     refused(lambda: Column("\ud800", "", lambda _, a: 1), "column.name = .*: must be a text that UTF-8 has")

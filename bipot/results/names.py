@@ -33,6 +33,10 @@ class Quantity(StrEnum):
     STATUS = "status"
 
 
+MEASURED = (*map(str, (Quantity.LENGTH, Quantity.FORCE, Quantity.STRESS)), "energy")
+"""Quantities with units of their own; columns of energy name theirs too, but readers of a run find it here."""
+
+
 class Rank(StrEnum):
     """The kind of a field by its components."""
 
@@ -148,6 +152,17 @@ def unit_of(quantity: Quantity, units: Mapping[str, str], geometry: Geometry) ->
     if quantity is Quantity.FORCE and geometry is Geometry.PLANE_STRAIN:
         return f"{force} per {length} of thickness"
     return str(units.get(quantity, derived[quantity]))
+
+
+def require_units(units: Mapping[str, str]) -> None:
+    """Refuse units of what has none of its own; a quantity by another name would be written without its unit.
+
+    Raises:
+        SceneError: a quantity that is not in :data:`MEASURED`, a unit that is no text.
+    """
+    for quantity, unit in units.items():
+        require(quantity in MEASURED, "units", quantity, f"a quantity, one of {list(MEASURED)}")
+        require_type(unit, str, f"units[{quantity!r}]")
 
 
 def described(geometry: Geometry, units: Mapping[str, str]) -> dict[str, dict[str, dict[str, object]]]:

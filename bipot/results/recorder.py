@@ -28,6 +28,7 @@ from bipot.results.fields import StoredStep
 from bipot.results.history import FIELDS, TOOLS, History, settled
 from bipot.results.history import open as open_results
 from bipot.results.lock import locked
+from bipot.results.names import require_units
 from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
 from bipot.system import system_of
@@ -39,8 +40,8 @@ PATIENCE = 0.25
 class Recorder:
     """Writes every accepted increment of one run into ``folder``, as a context manager.
 
-    ``parameters`` (JSON values) identify the run. ``units`` by quantity, {"length": "mm", "force": "N"}, are stored as
-    given; those of contact forces of plane strain are per unit of thickness. Every history has the column
+    ``parameters`` (JSON values) identify the run. ``units`` of length, force, stress or energy, as {"length": "mm"},
+    are stored as given; those of contact forces of plane strain are per unit of thickness. Every history has the column
     ``energy_error``: if ``columns`` lacks it, it comes last. A relative ``folder`` belongs to the working directory in
     which the recorder is made. The march must begin at :attr:`start`: the end of the recorded run if it is resumed,
     else the given ``start``, by default at rest. With ``Existing.RESUME`` a folder without a run gets a new one.
@@ -54,8 +55,8 @@ class Recorder:
     Raises:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, units, columns
             or scene (names the field), or another process writes there, or it cannot be written.
-        SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another
-            scene, an object of the user's own classes with a repr of only its address.
+        SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a unit of another
+            quantity, a start of another scene, an object of the user's own classes with a repr of only its address.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class Recorder:
         missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
         require(isinstance(folder, str | Path) and "\0" not in str(folder), "folder", folder, "a path")
         require_told(scene, parameters=parameters, units=units)
+        require_units(units)
         self.folder, self.columns = settled(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
