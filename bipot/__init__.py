@@ -13,7 +13,7 @@ certificate. These are the public names by subject; everything else is in the su
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
 * limit loads: limit_load, LimitLoad
-* march: march, handed_on, Course, Schedule, Control, Integration, Limits, Bounds, Locate
+* march: march, handed_on, transferred, Transfer, Course, Schedule, Control, Integration, Limits, Bounds, Locate
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * linear algebra of Newton: SuperLU, Pardiso
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
@@ -96,6 +96,7 @@ from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
+from bipot.transfer import Transfer, transferred
 
 __version__ = "0.1.0"
 
@@ -181,6 +182,7 @@ __all__ = [
     "Tangent",
     "TangentKind",
     "Traction",
+    "Transfer",
     "Turn",
     "UnboundedProgram",
     "Union",
@@ -205,6 +207,7 @@ __all__ = [
     "ring_3d",
     "roll",
     "sphere",
+    "transferred",
     "upsetting",
     "wedge",
 ]

@@ -73,6 +73,16 @@ def test_a_tube_is_elastic_first_and_then_gives_way(run):
     assert u[-1] > 1.15 * elastic[-1]
 
 
+def test_a_body_drawn_anew_is_pressed_on_where_its_elements_would_have_folded(run):
+    one, anew, before, after = run("drawn_anew", heights=(2.5, 2.1))
+    assert 2.15 < one[-1, 0] < 2.25
+    assert anew[:, 0].min() == pytest.approx(2.1, abs=1e-6)
+    # Until one folds both meshes err by as much as nodes that land make the force jump.
+    shared = one[one[:, 0] < 2.45]
+    np.testing.assert_allclose(np.interp(-shared[:, 0], *(anew * (-1, 1)).T), shared[:, 1], rtol=0.06)
+    assert before.nodes[:, 1].max() == pytest.approx(after.nodes[:, 1].max(), abs=1e-9)
+
+
 def test_an_upset_cylinder_springs_back_by_its_elastic_strain(run):
     loaded, free, expected, _ = run("springback", increments=4)
     assert loaded == pytest.approx(4.5)

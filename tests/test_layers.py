@@ -28,7 +28,7 @@ LAYERS = (
     ("energy",),
     ("control",),
     ("exchange", "marching", "results"),
-    ("paper", "plot"),
+    ("paper", "plot", "transfer"),
     ("command",),
     ("bipot",),
     ("studies",),

@@ -1,0 +1,173 @@
+r"""The body that a march has left, drawn anew: its state on the mesh of another scene.
+
+Where elements are about to fold, the deformed body is meshed again. With x_q the integration points of the deformed
+body, each field f of sigma, plastic strain and peeq is at the points y of the new mesh
+
+    f(y) = sum_q lambda_q r_q^2 log r_q + c_0 + c . y,    r_q = |y - x_q|,
+
+a thin-plate spline through the values of the points nearest to y. Linear fields are met exactly, up to the surface and
+in any elements. Between the points a convex yield surface may be left, the stress is then scaled back to it; peeq is at
+least zero; the pressure is the one nearest that the new elements represent (:mod:`bipot.fem.projection`). That stress
+is not quite in balance. In one increment without tools and loads, with supports at rest, it comes into balance.
+
+No certificate knows what is lost here: the increments after it are judged from the new state on. :class:`Transfer` says
+how much changed, and finer meshes tell the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.control.control import Control
+from bipot.control.starting import handed_on
+from bipot.errors import require, require_type
+from bipot.laws.material import Material
+from bipot.marching import march
+from bipot.meshes.mesh import Mesh
+from bipot.response import State
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed
+from bipot.schedule import Schedule
+from bipot.system import System, system_of
+from bipot.tensors import deviator, equivalent_stress, identity, norm, trace
+from bipot.typing import Floats, max_abs, vdot
+
+NEAREST = 20
+"""Points that a spline goes through, more where they are nearly on a line, as in flat elements."""
+
+DRAWN = 0.01
+"""Differences of volume, over the volume, and of extents, over the size, from which on it is another body."""
+
+
+@dataclass(frozen=True)
+class Transfer:
+    """A body on a new mesh: the ``state`` from which a march of the new scene starts, and what has changed.
+
+    ``volume`` and ``peeq`` are the relative changes of the body's volume and of the mean of peeq over it. ``moved`` is
+    the largest displacement, over the body's size, in which the stress has come into balance.
+    """
+
+    state: State
+    volume: float
+    peeq: float
+    moved: float
+
+
+def transferred(state: State, scene: Scene, onto: Scene, control: Control | None = None) -> Transfer:
+    """The body of a ``state`` of ``scene``, that no tool presses, as the start of a march ``onto`` another scene.
+
+    The mesh of ``onto`` at rest is the deformed body drawn anew, by any elements. Its tools are off the body, its
+    supports hold the body alone. Pseudo-time begins anew. ``control`` says how the stress comes into balance.
+
+    Raises:
+        SceneError: a wrong type; contact forces; a state of another mesh; scenes of other geometries or materials;
+            a mesh of another volume, extent or shape; tools as :func:`~bipot.handed_on`.
+        IncrementFailed: the stress finds no balance, as where the supports of ``onto`` do not hold the body.
+    """
+    require_type(state, State, "state")
+    require_type(scene, Scene, "scene")
+    require_type(onto, Scene, "onto")
+    control = Control() if control is None else control
+    require_type(control, Control, "control")
+    require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
+    require(scene.geometry is onto.geometry, "onto.geometry", onto.geometry, f"{scene.geometry}, as the other scene's")
+    require(scene.material == onto.material, "onto.material", onto.material, f"{scene.material}, as the other scene's")
+    before, alone = system_of(scene), replace(onto, tools=(), loads=(), supports=tuple(map(_at_rest, onto.supports)))
+    after = system_of(alone)
+    allowed = f"of shape {before.rest().stress.shape}, as the scene's"
+    require(state.stress.shape == before.rest().stress.shape, "state.stress", f"of shape {state.stress.shape}", allowed)
+    volume = _volume(after, onto.mesh.nodes) / _volume(before, state.nodes) - 1
+    _require_drawn(before, state.nodes, after, volume)
+    *_, balanced = march(alone, Schedule(1), control, start=_mapped(state, before, after))
+    settled = replace(balanced.state, du=np.zeros_like(onto.mesh.nodes), length=0.0, flow=None)
+    had, has = _mean(before, state), _mean(after, settled)
+    moved = float(norm(balanced.state.nodes - onto.mesh.nodes).max()) / onto.mesh.size
+    return Transfer(handed_on(settled, onto), volume, has / had - 1 if had > 0 else has, moved)
+
+
+def _at_rest(support: object) -> object:
+    return replace(support, displacement=0.0) if isinstance(support, Prescribed) else support
+
+
+def _points(system: System, nodes: Floats) -> Floats:
+    """Integration points (e, q, d) of a body whose nodes are at ``nodes`` (a, d)."""
+    space = system.body.space
+    return space.reference.values @ nodes[space.mesh.elements]
+
+
+def _volume(system: System, nodes: Floats) -> float:
+    return float(system.body.space.gradients(nodes).volume.sum())
+
+
+def _mean(system: System, state: State) -> float:
+    """The mean of peeq over the deformed body."""
+    volume = system.body.space.gradients(state.nodes).volume
+    return vdot(volume, state.peeq) / float(volume.sum())
+
+
+def _longest(mesh: Mesh, nodes: Floats) -> float:
+    """The largest extent of an element."""
+    return float(norm(np.ptp(nodes[mesh.elements], axis=1)).max())
+
+
+def _require_drawn(before: System, nodes: Floats, after: System, volume: float) -> None:
+    """Require that the new mesh at rest is the old one at its ``nodes`` (a, d), whose volume it changes by ``volume``.
+
+    No integration point of either may be farther from all of the other's than its elements are long.
+    """
+    # scipy.spatial takes long to import.
+    from scipy.spatial import cKDTree
+
+    old, new = before.body.scene.mesh, after.body.scene.mesh
+    had = _volume(before, nodes)
+    allowed = f"the deformed body's, {had:.6g}, to {DRAWN:g} of it"
+    require(abs(volume) <= DRAWN, "onto.mesh: its volume", had * (1 + volume), allowed)
+    asked, found = (np.stack([x.min(axis=0), x.max(axis=0)]) for x in (nodes, new.nodes))
+    allowed = f"the deformed body's, {np.round(asked, 6).tolist()}, to {DRAWN:g} of its size"
+    require(
+        max_abs(found - asked) <= DRAWN * new.size, "onto.mesh: its least and largest places", found.tolist(), allowed
+    )
+    points = [_points(before, nodes).reshape(-1, new.dimension), _points(after, new.nodes).reshape(-1, new.dimension)]
+    reach = max(_longest(old, nodes), _longest(new, new.nodes))
+    far = max(float(cKDTree(a).query(b)[0].max()) for a, b in (points, points[::-1]))
+    allowed = f"at most {reach:.3g}, the length of an element: is it another shape?"
+    require(far <= reach, "onto.mesh: distance of a point from all of the deformed body's", far, allowed)
+
+
+def _mapped(state: State, before: System, after: System) -> State:
+    """The fields of the ``state`` on the new mesh, at rest."""
+    rest, material = after.rest(), after.body.scene.material
+    size = state.stress.shape[-1]
+    packed = np.concatenate([state.stress, state.plastic_strain, state.peeq[..., None]], axis=-1)
+    found = _interpolated(_points(before, state.nodes), packed, _points(after, rest.nodes))
+    stress, plastic_strain, peeq = found[..., :size], found[..., size:-1], np.maximum(found[..., -1], 0.0)
+    if not material.drifts:
+        stress = _within(stress, material, peeq)
+    if (projection := after.body.projection) is not None:
+        mean = trace(stress) / 3
+        stress = stress + (projection.at(np.ones_like(mean)).of(mean) - mean)[..., None] * identity(size)
+    return replace(rest, stress=stress, plastic_strain=plastic_strain, peeq=peeq)
+
+
+def _within(stress: Floats, material: Material, peeq: Floats) -> Floats:
+    """The ``stress`` (e, q, s), its deviator scaled back to the yield surface where it is outside."""
+    over = equivalent_stress(stress) / material.yield_stress(peeq)
+    return stress + (1 / np.maximum(over, 1.0) - 1)[..., None] * deviator(stress)
+
+
+def _interpolated(x: Floats, values: Floats, y: Floats) -> Floats:
+    """``values`` (e, q, n) at ``x`` (e, q, d), by splines through the nearest ones, at ``y`` (f, p, d): (f, p, n)."""
+    # scipy.interpolate takes long to import.
+    from scipy.interpolate import RBFInterpolator
+
+    x, known, near = x.reshape(-1, x.shape[-1]), values.reshape(-1, values.shape[-1]), NEAREST
+    while True:
+        try:
+            spline = RBFInterpolator(x, known, min(near, len(x)), kernel="thin_plate_spline", degree=1)
+            return spline(y.reshape(-1, y.shape[-1])).reshape(*y.shape[:-1], -1)
+        except np.linalg.LinAlgError:
+            if near >= len(x):
+                raise
+            near *= 4
