@@ -90,6 +90,18 @@ def test_a_way_through_the_air_that_is_cut_goes_on_to_where_a_tool_touches():
     assert third.state.forces.any()
 
 
+def test_a_curved_tool_that_goes_on_out_of_reach_is_seen_to_touch_beside_a_flat_one():
+    """It was looked for where the way of the flat one ends, and met where halving had taken it, in the body."""
+    held = Support("base", 0), Support("base", 1)
+    over = ShapedTool(Circle((-1.0, 1.48), 0.5), (30.0, 0.0), ("top", "left", "right"), 0.1)
+    above = FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.1), ("top",), 0.1)
+    scene = Scene(block(1.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, MATERIAL, held, (over, above))
+    first = next(march(scene, Schedule(accuracy=1e-3), CONTROL))
+    touched = 1.0 - np.sqrt(0.5**2 - 0.48**2)
+    assert first.state.tau == pytest.approx(touched / 30, abs=1e-6)
+    assert first.cuts == 0
+
+
 def test_the_half_of_a_first_increment_is_that_of_what_strains_the_body():
     """One tool rests on it, with a force, while another comes through the air."""
     held, gap, turn = (Symmetry("base", 1), Symmetry("left", 0)), 0.05, 0.5
