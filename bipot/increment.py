@@ -8,7 +8,8 @@ when its certificate, recomputed from the fields, is within the bounds.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,14 +21,14 @@ from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.checks.settling import least_moved, unloaded
 from bipot.conic.problem import Claim, Timing
 from bipot.contact.closeness import newly_closed
-from bipot.errors import NotConverged, require_count, require_type
+from bipot.errors import BrokenSolver, InvertedElement, NotConverged, ProgramError, require, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
-from bipot.typing import Floats, Ints, make_floats
+from bipot.typing import Floats, Ints, as_numbers, make_floats
 
 APART = 0.1
 """Gap at the start over the increment's unit of length above which a candidate lands in it, and not at its start."""
@@ -160,17 +161,20 @@ def solve_increment(
             increment (:func:`~bipot.checks.refusals.refuse_blocked`); Refused for an inadmissible motion.
         InvertedElement: at an iterate; FoldedAnswer if an element of the answer is folded anywhere.
         ProgramError: in a pass.
+        BrokenSolver: for another error in a form or solver of one's own, or an answer of another kind.
     """
     refuse_blocked(increment, limits.bounds)
     watch, iterations, almost = _Watch(limits), 0, 0
     began = time.perf_counter()
     iterate, r = _first(increment, limits, cache, near_to)
     timing = Timing(assembly=time.perf_counter() - began)
-    state = form.init(iterate, r, cache)
+    with _asked(form):
+        state = form.init(iterate, r, cache)
     for number in range(1, limits.passes + 1):
         began, given = time.process_time(), (iterate, r, state)
-        step, state = form.step(*given)
-        iterate, r = (step.iterate, step.r) if type(form) in OWN else _unsaid(increment, step)
+        with _asked(form):
+            step, state = form.step(*given)
+            iterate, r = (step.iterate, step.r) if type(form) in OWN else _unsaid(increment, step)
         iterations, timing = iterations + step.iterations, timing + step.timing
         almost += step.outcome is Claim.ALMOST
         examined = Examined(iterate, r, largest, limits.bounds)
@@ -197,13 +201,34 @@ def solve_increment(
     raise watch.failure(f"{limits.passes} passes left")
 
 
+@contextmanager
+def _asked(form: Form[Any]) -> Iterator[None]:
+    """While a ``form``, which may be a user's own, is asked: its programming errors are no failures of an increment.
+
+    Raises:
+        BrokenSolver: for any error but those of an attempt, from which it is raised.
+    """
+    try:
+        yield
+    except (NotConverged, InvertedElement, ProgramError, BrokenSolver):
+        raise
+    except Exception as broken:
+        if type(form) in OWN:
+            raise
+        raise BrokenSolver(f"its form {type(form).__name__} raised {type(broken).__name__}: {broken}") from broken
+
+
 def _unsaid(increment: Increment, step: Step) -> tuple[Iterate, Floats]:
     """Iterate and contact forces (c, d) of a form that is not the library's own.
 
     It is not trusted with the body's response, nor with friction that nothing tells, which no measure would see.
     """
-    iterate = increment.at(step.iterate.x)
-    return iterate, np.where(iterate.rows.told, step.r, 0.0)
+    require_type(step, Step, "step")
+    require_type(step.iterate, Iterate, "step.iterate")
+    iterate, r = increment.at(step.iterate.x), as_numbers(step.r, "step.r")
+    told = iterate.rows.told
+    require(r.shape == told.shape, "step.r", f"of shape {r.shape}", f"of shape {told.shape}")
+    return iterate, np.where(told, r, 0.0)
 
 
 def _first(increment: Increment, limits: Limits, cache: Cache, near_to: Near | None) -> tuple[Iterate, Floats]:

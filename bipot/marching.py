@@ -258,8 +258,9 @@ class _Next:
                 proposed = pacer.next(strained, found.estimate, found.attempt.passes, begun)
         after = course.after(found.solved, proposed)
         tau, landed = after.state.tau, course.landed.copy()
-        # If one by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end.
-        anew = length >= found.uncut * (1 - 1e-9) or proposed < length
+        # If one by accuracy was not cut, or the next is to be shorter, control begins anew as at a scheduled end; so it
+        # does on a way through the air, which does not end twice as far on.
+        anew = length >= found.uncut * (1 - 1e-9) or proposed < length or math.isnan(proposed)
         if tau == target or (pacer is not None and found.landing is None and anew):
             return after
         if found.landing is None:

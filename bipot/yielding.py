@@ -6,8 +6,6 @@ Kinks are those at which the path turns, not changes of pace (:mod:`bipot.scene.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -28,6 +26,9 @@ FLOWED = 2.0
 
 ROUND_OFF = 1e-6
 """Relative round-off of these strains; a strain below this part of that at yield counts as none."""
+
+STRIDE = 0.05
+"""What tools go at most, over the body's size, between places at which it is seen whether they touch."""
 
 SAME = 1e-13
 """Pseudo-times nearer than this are the same where a tool comes to touch a body: it may come from far."""
@@ -94,27 +95,43 @@ def _apart(increment: Increment, gap: Floats) -> float:
     return wait if math.isfinite(wait) else 0.0
 
 
-def until_touching(stretch: Increment, step: float) -> float:
+def until_touching(stretch: Increment) -> float:
     """How long tools go in a ``stretch`` in which the body rests, until one is as near as counts as touching.
 
-    It is looked for at every ``step``; inf if none comes so near. Zero as in :func:`through_air`.
+    It is looked for as far on as no gap can close before, but at least :data:`STRIDE` of the body's size farther; inf
+    if none comes so near. Zero as in :func:`through_air`.
     """
-    start, moves = stretch.start, _coming(stretch, stretch.start.gap)
-    length, near = stretch.tau - start.tau, TOUCHES / 2 * stretch.system.candidates.scene.size
+    start, moves, contacts = stretch.start, _coming(stretch, stretch.start.gap), stretch.system.candidates
     if not moves.any():
         return 0.0
+    length, size, pace = stretch.tau - start.tau, contacts.scene.size, _pace(stretch)
 
     def gap(time: float) -> float:
-        return float(replace(stretch, tau=start.tau + time).rows.gap[moves].min()) - near
+        placed = contacts.scene.placed(start.tau + time, start.translation)
+        return float(contacts.distance(start.nodes, placed)[moves].min()) - TOUCHES / 2 * size
 
-    ends = [*np.arange(step, length, step).tolist(), length]
-    for begin, end in pairwise([0.0, *ends]):
-        if gap(end) <= 0:
+    begin, apart = 0.0, gap(0.0)
+    if apart <= 0:
+        return 0.0
+    while begin < length:
+        end = min(begin + max(apart, STRIDE * size) / pace, length)
+        apart = gap(end)
+        if apart <= 0:
             # scipy.optimize takes long to import, and most marches begin with tools that touch.
             from scipy.optimize import brentq
 
             return float(brentq(gap, begin, end, xtol=SAME))
+        begin = end
     return math.inf
+
+
+def _pace(increment: Increment) -> float:
+    """A bound, per pseudo-time, on how fast tools pass the places of a body that rests."""
+    contacts, tools, start = increment.system.candidates, increment.tools, increment.start
+    tool, gone = contacts.tool[contacts.parts.owner], norm(tools.travel)
+    arms = norm(contacts.faces.arms(contacts.met.places(start.nodes), tools.placed))
+    ways = gone[tool] + np.abs(tools.turned[tool]) * (arms + gone[tool])
+    return float(ways.max()) / (increment.tau - start.tau)
 
 
 def _coming(increment: Increment, gap: Floats) -> Bools:

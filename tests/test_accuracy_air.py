@@ -15,6 +15,7 @@ from bipot.meshes.sections import block, cylinder
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
 from bipot.tools.tool import FlatTool, ShapedTool
 from bipot.yielding import is_past_yield, through_air
 from studies.accuracy.paced import CONTROL
@@ -74,6 +75,31 @@ def test_what_a_tool_slides_in_the_air_does_not_rub(gap, path):
     fine = {step.state.tau: step.tool_force(0) for step in march(scene, Schedule(1, landings=parts[:-1]), CONTROL)}
     off = [abs(step.tool_force(0) - fine[step.state.tau])[1] for step in steps]
     assert max(off) < 3 * accuracy * max(abs(force[1]) for force in fine.values())
+
+
+def test_a_way_through_the_air_that_is_cut_goes_on_to_where_a_tool_touches():
+    """A roll turns by more than one increment may: the rest went into the body, off by 86 times what was asked."""
+    held, gap, centre = (Support("base", 0), Support("base", 1)), 0.5, (2.5, 0.5)
+    tool = FlatTool((0.0, 1.0 + gap), (0.0, -1.0), (0.1, -0.02 - gap), ("top",), 0.1)
+    roll = ShapedTool(Circle(centre, 0.5), (0.0, 0.0), ("right",), 0.1, turn=Turn(1.0, centre))
+    scene = Scene(block(1.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, MATERIAL, held, (tool, roll))
+    first, second, third = islice(march(scene, Schedule(accuracy=1e-3), CONTROL), 3)
+    assert first.cuts == 1
+    assert second.state.tau == pytest.approx(gap / (0.02 + gap), abs=1e-6)
+    assert not second.state.forces.any()
+    assert third.state.forces.any()
+
+
+def test_a_curved_tool_that_goes_on_out_of_reach_is_seen_to_touch_beside_a_flat_one():
+    """It was looked for where the way of the flat one ends, and met where halving had taken it, in the body."""
+    held = Support("base", 0), Support("base", 1)
+    over = ShapedTool(Circle((-1.0, 1.48), 0.5), (30.0, 0.0), ("top", "left", "right"), 0.1)
+    above = FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.1), ("top",), 0.1)
+    scene = Scene(block(1.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, MATERIAL, held, (over, above))
+    first = next(march(scene, Schedule(accuracy=1e-3), CONTROL))
+    touched = 1.0 - np.sqrt(0.5**2 - 0.48**2)
+    assert first.state.tau == pytest.approx(touched / 30, abs=1e-6)
+    assert first.cuts == 0
 
 
 def test_the_half_of_a_first_increment_is_that_of_what_strains_the_body():

@@ -257,6 +257,20 @@ def test_what_a_form_says_of_the_body_is_not_believed():
         next(march(upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2), control))
 
 
+@pytest.mark.parametrize("what", ["mu", "shear", "tool", "node", "tangent_free", "weights"])
+def test_a_form_cannot_write_into_what_it_is_judged_by(what):
+    """With coefficients that it had changed the certificate was that of another law, and the force off by 2 %."""
+
+    def changed(step: Step) -> Step:
+        contacts = step.iterate.increment.system.candidates
+        array = contacts.means.weights.data if what == "weights" else getattr(contacts, what)
+        array[:] = array[::-1]
+        return step
+
+    with pytest.raises(IncrementFailed, match="read-only"):
+        next(march(upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2), Control(Liar(changed), ())))
+
+
 def test_friction_that_no_unknown_feels_is_not_believed():
     """It was part of the punch's force."""
     wall = Support("left", 0)

@@ -107,6 +107,39 @@ def test_an_error_in_a_solver_of_ones_own_is_the_cause_and_no_other_form_hides_i
     assert type(failed.value.__cause__) is cause
 
 
+class Formless:
+    """A form of one's own that gives something else for parts of what Newton's gives, or raises an error."""
+
+    name = Newton.name
+    init = Newton().init
+
+    def __init__(self, tell):
+        self.tell = tell
+
+    def step(self, iterate, r, state):
+        step, state = Newton().step(iterate, r, state)
+        return self.tell(step), state
+
+
+@pytest.mark.parametrize(
+    ("tell", "said"),
+    [
+        (lambda step: {}["x"], "KeyError: 'x'"),
+        (lambda step: None, "SceneError: step = None: must be a Step"),
+        (lambda step: replace(step, r=None), "SceneError: step.r = 'of type object': must be numbers"),
+        (lambda step: replace(step, r=step.r[:-1]), r"SceneError: step.r = 'of shape \(\d+, 2\)': must be of shape"),
+        (lambda step: replace(step, r=step.r[:1]), r"SceneError: step.r = 'of shape \(1, 2\)': must be of shape"),
+    ],
+    ids=["error", "nothing", "forceless", "short", "one"],
+)
+def test_an_error_in_a_form_of_ones_own_is_the_cause_and_no_other_form_hides_it(tell, said):
+    """It escaped bare, or forces of one contact were taken for those of all."""
+    first = next(march(scene(), Schedule(2)))
+    with pytest.raises(IncrementFailed, match=rf"tau = 0.5 to 1 failed \(its form Formless raised {said}") as failed:
+        next(march(scene(), Schedule(2), Control(Formless(tell), (Newton(),)), first.course))
+    assert failed.value.state is first.state
+
+
 @pytest.mark.skipif(np.can_cast(np.longdouble, np.float64), reason="this platform's numbers have no more digits")
 def test_numbers_of_more_digits_are_no_answer():
     """They ended in a bare TypeError where a sparse matrix met them."""

@@ -14,7 +14,7 @@ from bipot.contact.sampling import points
 from bipot.fem.assembly import Space
 from bipot.programs.data import rows_of
 from bipot.scene.scene import Scene
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, read_only
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
@@ -42,12 +42,12 @@ def candidates(scene: Scene, space: Space) -> Candidates:
         points=found,
         number=tuple(number),
         means=Means.of(len(scene.mesh.nodes), weights, within),
-        node=np.concatenate(node),
-        tool=np.concatenate(owner),
-        tangent_free=np.concatenate(slides) & ~np.concatenate(still),
-        tangent_held=~np.concatenate(slides),
-        mu=np.concatenate(mu),
-        shear=np.concatenate(shear),
+        node=read_only(np.concatenate(node), np.intp),
+        tool=read_only(np.concatenate(owner), np.intp),
+        tangent_free=read_only(np.concatenate(slides) & ~np.concatenate(still), np.bool_),
+        tangent_held=read_only(~np.concatenate(slides), np.bool_),
+        mu=read_only(np.concatenate(mu), np.float64),
+        shear=read_only(np.concatenate(shear), np.float64),
     )
 
 

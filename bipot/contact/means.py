@@ -38,6 +38,7 @@ class Means:
     def of(nodes: int, weights: Sequence[sp.csr_matrix], within: Sequence[Floats]) -> Means:
         """All these ``weights`` and ``within`` one after the other, in a mesh with this number of ``nodes``."""
         every = sp.csr_matrix(sp.vstack([sp.csr_matrix((0, nodes)), *weights]))
+        every.data = read_only(every.data, np.float64)
         mirrored = any((P != np.eye(P.shape[-1])).any() for P in within)
         return Means(every, np.concatenate(within) if mirrored else None)
 

@@ -81,8 +81,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
 
 
 def broken(increment: Increment, error: BrokenSolver) -> IncrementFailed:
-    """The error of an increment whose solver broke: no other form, and no shorter increment, is to hide that."""
-    advice = "Mend the solver, or take another: of a program that it does not solve it has to raise a ProgramError."
+    """The error of an increment whose solver or form broke: no other form or shorter increment is to hide that."""
+    advice = "Mend it, or take another: of what it does not solve it has to raise a ProgramError."
     return IncrementFailed(_failed(increment, error) + advice, increment.start)
 
 

@@ -175,7 +175,7 @@ class Pacer:
         part = SMALL_TURN / max(max_abs(whole.tools.turned[near]), SMALL_TURN)
         strained = strain_of(replace(whole, tau=state.tau + part * stretch)) / part
         most = UNDRIVEN * stretch if strained == 0 or whole.loads.changes or unsure[near].any() else stretch
-        if not state.forces.any() and (wait := until_touching(whole, most)) > LEAST_LENGTH:
+        if not state.forces.any() and (wait := until_touching(whole)) > LEAST_LENGTH:
             return min(wait, stretch), math.inf
         if strained == 0:
             return most, 0.0
