@@ -35,7 +35,11 @@ from bipot.tensors import deviator, equivalent_stress, identity, norm, trace
 from bipot.typing import Floats, max_abs, vdot
 
 NEAREST = 20
-"""Points that a spline goes through, more where they are nearly on a line, as in flat elements."""
+"""Points that a spline goes through, more where the point asked is beside them, as those of a column of flat elements.
+"""
+
+OUTSIDE, FLAT = 6.0, 1e-6
+"""Largest distance from the middle of these points, over their standard deviations, and the least ratio of these."""
 
 DRAWN = 0.01
 """Differences of volume, over the volume, and of extents, over the size, from which on it is another body."""
@@ -159,15 +163,33 @@ def _within(stress: Floats, material: Material, peeq: Floats) -> Floats:
 
 def _interpolated(x: Floats, values: Floats, y: Floats) -> Floats:
     """``values`` (e, q, n) at ``x`` (e, q, d), by splines through the nearest ones, at ``y`` (f, p, d): (f, p, n)."""
-    # scipy.interpolate takes long to import.
+    # scipy takes long to import.
     from scipy.interpolate import RBFInterpolator
+    from scipy.spatial import cKDTree
 
-    x, known, near = x.reshape(-1, x.shape[-1]), values.reshape(-1, values.shape[-1]), NEAREST
-    while True:
-        try:
-            spline = RBFInterpolator(x, known, min(near, len(x)), kernel="thin_plate_spline", degree=1)
-            return spline(y.reshape(-1, y.shape[-1])).reshape(*y.shape[:-1], -1)
-        except np.linalg.LinAlgError:
-            if near >= len(x):
-                raise
-            near *= 4
+    x, known, asked = x.reshape(-1, x.shape[-1]), values.reshape(-1, values.shape[-1]), y.reshape(-1, y.shape[-1])
+    found, left, near = np.empty((len(asked), known.shape[1])), np.arange(len(asked)), min(NEAREST, len(x))
+    allowed = "such that its integration points are not on one line, in space not in one plane: mesh finer"
+    require(bool(np.isfinite(_outside(x[None], x[:1])).all()), "scene.mesh", f"with {len(x)} points", allowed)
+    tree = cKDTree(x)
+    while left.size:
+        nearest = tree.query(asked[left], near)[1].reshape(len(left), near)
+        outside = _outside(x[nearest], asked[left])
+        good = outside <= (OUTSIDE if near < len(x) else np.inf)
+        if (now := left[good]).size:
+            found[now] = RBFInterpolator(x, known, near, kernel="thin_plate_spline", degree=1)(asked[now])
+        left, near = left[~good], min(2 * near, len(x))
+    return found.reshape(*y.shape[:-1], -1)
+
+
+def _outside(near: Floats, y: Floats) -> Floats:
+    """Distance (n,) of ``y`` (n, d) from the middle of points (n, k, d), over their standard deviations along it.
+
+    It is inf where the points are on a line, in space in a plane.
+    """
+    middle = near.mean(axis=1, keepdims=True)
+    _, spread, axes = np.linalg.svd(near - middle, full_matrices=False)
+    flat = (spread[:, -1] <= FLAT * spread[:, 0]) | (near.shape[1] <= near.shape[2])
+    along = (axes @ (y - middle[:, 0])[..., None])[..., 0]
+    scaled = along / np.where(flat[:, None], 1.0, spread) * np.sqrt(near.shape[1])
+    return np.where(flat, np.inf, norm(scaled))

@@ -1,0 +1,46 @@
+"""Bodies that are hard to draw anew: flat elements in any direction, few points, other bodies than squares."""
+
+import numpy as np
+import pytest
+
+from bipot import Element, block, brick
+from bipot.fem.elements import RULES, tabulated
+from bipot.transfer import _interpolated
+from tests.scenes import refused
+
+
+def points(mesh):
+    """Integration points (e, q, d) of the default rule."""
+    return tabulated(mesh.element, RULES[mesh.element][0]).values @ mesh.nodes[mesh.elements]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.5, np.pi / 4, 2.0])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (block(1.0, 0.1, 20, 20), block(1.0, 0.1, 17, 23)),
+        (block(1.0, 0.01, 20, 20), block(1.0, 0.01, 17, 23)),
+        (block(1.0, 0.001, 20, 20), block(1.0, 0.001, 17, 23)),
+        (block(1.0, 0.01, 20, 20, element=Element.T3), block(1.0, 0.01, 17, 20)),
+        (block(1.0, 1.0, 20, 20, grading=(100.0, 100.0)), block(1.0, 1.0, 9, 9)),
+        (brick(1.0, 1.0, 0.01, 4, 4, 8), brick(1.0, 1.0, 0.01, 5, 5, 3)),
+    ],
+)
+def test_linear_fields_are_met_by_flat_elements_in_any_direction(old, new, angle):
+    """The nearest points of a column of flat elements are on a line but for round-off."""
+    x, y = points(old), points(new)
+    d, turn = x.shape[-1], np.eye(x.shape[-1])
+    turn[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    slopes = np.random.default_rng(1).normal(size=(d, 3)) / np.ptp(old.nodes, axis=0)[:, None]
+    found = _interpolated(x @ turn.T, x @ slopes, y @ turn.T)
+    np.testing.assert_allclose(found, y @ slopes, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "mesh", [block(1.0, 1.0, 1, 1, element=Element.T3), brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T4)]
+)
+def test_points_on_a_line_or_in_a_plane_are_too_few(mesh):
+    x = points(mesh)
+    refused(
+        lambda: _interpolated(x, x, x), "scene.mesh = 'with . points': must be such that its integration points are"
+    )
