@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.control.control import Control
-from bipot.control.starting import handed_on
-from bipot.errors import require, require_type
+from bipot.control.starting import handed_on, require_start
+from bipot.errors import SceneError, require, require_type
 from bipot.laws.material import Material
 from bipot.marching import march
 from bipot.meshes.mesh import Mesh
@@ -66,9 +66,10 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     supports hold the body alone. Pseudo-time begins anew. ``control`` says how the stress comes into balance.
 
     Raises:
-        SceneError: a wrong type; contact forces; a state of another mesh; scenes of other geometries or materials;
-            a mesh of another volume, extent or shape; tools as :func:`~bipot.handed_on`.
-        IncrementFailed: the stress finds no balance, as where the supports of ``onto`` do not hold the body.
+        SceneError: a wrong type; contact forces; a state that no march of ``scene`` could start from; scenes of other
+            geometries or materials; points on one line, in space in one plane; a mesh of another volume, extent or
+            shape; tools as :func:`~bipot.handed_on`.
+        IncrementFailed: the stress finds no balance.
     """
     require_type(state, State, "state")
     require_type(scene, Scene, "scene")
@@ -80,8 +81,7 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     require(scene.material == onto.material, "onto.material", onto.material, f"{scene.material}, as the other scene's")
     before, alone = system_of(scene), replace(onto, tools=(), loads=(), supports=tuple(map(_at_rest, onto.supports)))
     after = system_of(alone)
-    allowed = f"of shape {before.rest().stress.shape}, as the scene's"
-    require(state.stress.shape == before.rest().stress.shape, "state.stress", f"of shape {state.stress.shape}", allowed)
+    _require_of(state, before, control)
     volume = _volume(after, onto.mesh.nodes) / _volume(before, state.nodes) - 1
     _require_drawn(before, state.nodes, after, volume)
     *_, balanced = march(alone, Schedule(1), control, start=_mapped(state, before, after))
@@ -89,6 +89,14 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     had, has = _mean(before, state), _mean(after, settled)
     moved = float(norm(balanced.state.nodes - onto.mesh.nodes).max()) / onto.mesh.size
     return Transfer(handed_on(settled, onto), volume, has / had - 1 if had > 0 else has, moved)
+
+
+def _require_of(state: State, before: System, control: Control) -> None:
+    """Require a state from which a march of its own scene could go on."""
+    try:
+        require_start(state, before, control.limits.bounds.equilibrium)
+    except SceneError as wrong:
+        raise SceneError(f"state: must be of a march of the scene, as its start: {wrong}") from wrong
 
 
 def _at_rest(support: object) -> object:

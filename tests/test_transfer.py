@@ -232,7 +232,7 @@ def test_a_block_in_space_by_other_elements():
         (lambda s, a, b: (s, a, None), "onto = None: must be a Scene"),
         (lambda s, a, b: (s, a, b, Newton()), "control = .*: must be a Control"),
         (lambda s, a, b: (replace(s, forces=s.forces + 1.0), a, b), "state.forces = 1.0: must be zero: lift"),
-        (lambda s, a, b: (s, b, b), "state.stress = 'of shape .*': must be of shape .*, as the scene's"),
+        (lambda s, a, b: (s, b, b), "state: must be of a march of the scene, .*: start.nodes = 'of shape"),
         (lambda s, a, b: (s, a, replace(b, material=Elastic(Elasticity(210e3, 0.3)))), "onto.material = Elastic"),
         (
             lambda s, a, b: (

@@ -1,12 +1,16 @@
 """Bodies that are hard to draw anew: flat elements in any direction, few points, other bodies than squares."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bipot import Element, block, brick
+from bipot import Element, Quadrature, block, brick, transferred
 from bipot.fem.elements import RULES, tabulated
+from bipot.system import system_of
 from bipot.transfer import _interpolated
 from tests.scenes import refused
+from tests.test_transfer import NEWTON, bar_of, drawn, left_by, pressed
 
 
 def points(mesh):
@@ -44,3 +48,36 @@ def test_points_on_a_line_or_in_a_plane_are_too_few(mesh):
     refused(
         lambda: _interpolated(x, x, x), "scene.mesh = 'with . points': must be such that its integration points are"
     )
+
+
+def changed(array, value):
+    """The array with another first number."""
+    array = array.copy()
+    array.flat[0] = value
+    return array
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda s: {"nodes": s.nodes[:-3]}, "nodes = 'of shape"),
+        (lambda s: {"nodes": np.vstack([s.nodes, s.nodes])}, "nodes = 'of shape"),
+        (lambda s: {"nodes": changed(s.nodes, np.nan)}, "nodes = 'NaN or infinite'"),
+        (lambda s: {"nodes": changed(s.nodes, 5.0)}, "nodes"),
+        (lambda s: {"plastic_strain": s.plastic_strain[1:]}, "plastic_strain = 'of shape"),
+        (lambda s: {"peeq": s.peeq[1:]}, "peeq = 'of shape"),
+        (lambda s: {"peeq": changed(s.peeq, -1.0)}, "peeq = -1.0: must be >= 0"),
+        (lambda s: {"stress": 50 * s.stress}, "stress = 'one': must be within the scene's yield stress"),
+    ],
+)
+def test_a_state_from_which_its_own_scene_could_not_go_on_is_refused(change, words):
+    scene = pressed(bar_of(4, 2))
+    state = left_by(scene)
+    onto = pressed(drawn(scene, state.nodes, bar_of(5, 3)), top=0.9)
+    words = f"state: must be of a march of the scene, as its start: start.{words}"
+    refused(lambda: transferred(replace(state, **change(state)), scene, onto, NEWTON), words)
+
+
+def test_a_state_of_elements_with_as_many_points_and_other_nodes_is_refused():
+    one, other = (pressed(bar_of(4, 2, kind), quadrature=Quadrature.GAUSS3) for kind in (Element.Q8, Element.Q9))
+    refused(lambda: transferred(system_of(one).rest(), other, other), "start.nodes = 'of shape")
