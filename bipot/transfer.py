@@ -23,6 +23,7 @@ import numpy as np
 from bipot.control.control import Control
 from bipot.control.starting import handed_on, require_start
 from bipot.errors import SceneError, require, require_type
+from bipot.fem.strain import Configuration
 from bipot.laws.material import Material
 from bipot.marching import march
 from bipot.meshes.mesh import Mesh
@@ -67,7 +68,7 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
 
     Raises:
         SceneError: a wrong type; contact forces; a state that no march of ``scene`` could start from; scenes of other
-            geometries or materials; points on one line, in space in one plane; a mesh of another volume, extent or
+            geometries or materials, or of small displacements; points on one line, in space in one plane; a mesh of another volume, extent or
             shape; tools as :func:`~bipot.handed_on`.
         IncrementFailed: the stress finds no balance.
     """
@@ -79,6 +80,9 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
     require(scene.geometry is onto.geometry, "onto.geometry", onto.geometry, f"{scene.geometry}, as the other scene's")
     require(scene.material == onto.material, "onto.material", onto.material, f"{scene.material}, as the other scene's")
+    for name, one in (("scene", scene), ("onto", onto)):
+        moves = "another one: with small displacements equilibrium is posed on the mesh at rest, which stays as it is"
+        require(one.configuration is not Configuration.SMALL, f"{name}.configuration", one.configuration.value, moves)
     before, alone = system_of(scene), replace(onto, tools=(), loads=(), supports=tuple(map(_at_rest, onto.supports)))
     after = system_of(alone)
     _require_of(state, before, control)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot import Element, Quadrature, block, brick, transferred
+from bipot import Configuration, Element, Quadrature, block, brick, transferred
 from bipot.fem.elements import RULES, tabulated
 from bipot.system import system_of
 from bipot.transfer import _interpolated
@@ -81,3 +81,11 @@ def test_a_state_from_which_its_own_scene_could_not_go_on_is_refused(change, wor
 def test_a_state_of_elements_with_as_many_points_and_other_nodes_is_refused():
     one, other = (pressed(bar_of(4, 2, kind), quadrature=Quadrature.GAUSS3) for kind in (Element.Q8, Element.Q9))
     refused(lambda: transferred(system_of(one).rest(), other, other), "start.nodes = 'of shape")
+
+
+def test_small_displacements_draw_no_body_anew():
+    """Equilibrium is then that of the mesh at rest, and the force on the deformed body is another one."""
+    scene, small = (pressed(bar_of(4, 2), configuration=c) for c in (Configuration.MIDPOINT, Configuration.SMALL))
+    state = system_of(scene).rest()
+    refused(lambda: transferred(state, small, scene), "scene.configuration = 'small': must be another one")
+    refused(lambda: transferred(state, scene, small), "onto.configuration = 'small': must be another one")
