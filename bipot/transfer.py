@@ -6,7 +6,7 @@ body, each field f of sigma, plastic strain and peeq is at the points y of the n
     f(y) = sum_q lambda_q r_q^2 log r_q + c_0 + c . y,    r_q = |y - x_q|,
 
 a thin-plate spline through the values of the points nearest to y. Linear fields are met exactly, up to the surface and
-in any elements. Between the points a convex yield surface may be left, the stress is then scaled back to it; peeq is at
+in any elements. Where it is outside the yield surface the deviator of the stress is scaled back to it; peeq is at
 least zero; the pressure is the one nearest that the new elements represent (:mod:`bipot.fem.projection`). That stress
 is not quite in balance. In one increment without tools and loads, with supports at rest, it comes into balance.
 
@@ -64,12 +64,13 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     """The body of a ``state`` of ``scene``, that no tool presses, as the start of a march ``onto`` another scene.
 
     The mesh of ``onto`` at rest is the deformed body drawn anew, by any elements. Its tools are off the body, its
-    supports hold the body alone. Pseudo-time begins anew. ``control`` says how the stress comes into balance.
+    supports hold the body alone. Pseudo-time begins anew. ``control`` says how the stress comes into balance:
+    of a material that drifts off its yield surface it is that of the marches, which suits it.
 
     Raises:
         SceneError: a wrong type; contact forces; a state that no march of ``scene`` could start from; scenes of other
-            geometries or materials, or of small displacements; points on one line, in space in one plane; a mesh of another volume, extent or
-            shape; tools as :func:`~bipot.handed_on`.
+            geometries or materials, or of small displacements; points on one line, in space in one plane; a mesh of
+            another volume, extent or shape; tools as :func:`~bipot.handed_on`.
         IncrementFailed: the stress finds no balance.
     """
     require_type(state, State, "state")
