@@ -47,7 +47,7 @@ from studies.options import coefficient, count
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
-BEGIN = {0.1: 0.025, 0.3: 0.017}
+BEGIN = {0.1: 0.025, 0.3: 0.014}
 """First increments of the histories, of the height.
 
 A first one that leaves yield behind errs least (bipot.control.pacing). Of schedules like these, tried in steps of a
@@ -93,7 +93,7 @@ def histories(fast: bool) -> list[History]:
         return [History(0.1, 0.06, Schedule(2, first=SMALL / 0.06, settling=4, growth=2), elements=3)]
     return [
         History(0.1, 0.45, shrinking(BEGIN[0.1] / 0.45, 9, 0.985)),
-        History(0.3, 0.44, Schedule(21, first=BEGIN[0.3] / 0.44, settling=1, growth=1.5)),
+        History(0.3, 0.44, Schedule(20, first=BEGIN[0.3] / 0.44, settling=1, growth=1.5)),
     ]
 
 
