@@ -29,7 +29,7 @@ from bipot.marching import march
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed
+from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
 from bipot.system import System, system_of
 from bipot.tensors import deviator, equivalent_stress, identity, norm, trace
@@ -104,7 +104,7 @@ def _require_of(state: State, before: System, control: Control) -> None:
         raise SceneError(f"state: must be of a march of the scene, as its start: {wrong}") from wrong
 
 
-def _at_rest(support: object) -> object:
+def _at_rest(support: Support) -> Support:
     return replace(support, displacement=0.0) if isinstance(support, Prescribed) else support
 
 

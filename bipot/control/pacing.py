@@ -14,7 +14,7 @@ At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), le
 has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at most
 GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry, over
 the body's extent, beyond what tools go through the air. Where nothing touches a body that rests, one increment takes
-tools up to where the first touches, and lengths begin anew there: slips beneath flat tools are those of whole
+tools up to where the first touches (several, if one turns too far), and lengths begin anew there: slips beneath flat tools are those of whole
 increments, and what a tool slides in the air does not rub. The strain by a load that changes is not known, a tool that
 turns may only roll, and a curved one dents what is beneath it: the first increment is then at most UNDRIVEN of the way
 to the next kink. Beneath a flat tool that turns from rest, whose force and moment are not stationary in the direction
