@@ -14,18 +14,18 @@ At rest, and at kinks that are no changes of pace (:mod:`bipot.scene.paces`), le
 has the strain at which a body has long yielded (:mod:`bipot.yielding`), at least ONSET sqrt(accuracy) and at most
 GROWTH times that. Its strain is how far tools and supports go from each other, or from the body that they carry, over
 the body's extent, beyond what tools go through the air. Where nothing touches a body that rests, one increment takes
-tools up to where the first touches (several, if one turns too far), and lengths begin anew there: slips beneath flat tools are those of whole
-increments, and what a tool slides in the air does not rub. The strain by a load that changes is not known, a tool that
-turns may only roll, and a curved one dents what is beneath it: the first increment is then at most UNDRIVEN of the way
-to the next kink. Beneath a flat tool that turns from rest, whose force and moment are not stationary in the direction
-of flow, as its power is, it ends where the body begins to yield, however long the way is. If flow begins in one, the
-next has at most BEGUN of its length. Increments as long as the yield strain have an error of the force of 1e-3 at first
-yield and of 1e-2 after a body has turned round, which decay soon. A first increment that passes first yield has the
-smallest error, up to 4e-4 in a metal, which the estimate does not contain. At accuracies below HALVED it carries on the
-flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that and less, unless the estimate
-of how unevenly it strains the body is at most EVEN of the accuracy, and tools press and go along one line. One after a
-kink always does, if it passes yielding: there the error is up to 1e-2. Where a path ends or turns sooner, or the yield
-strain is so large that an increment may not be so long, many short ones follow yielding.
+tools up to where the first touches (several, if one turns too far), and lengths begin anew there: slips beneath flat
+tools are those of whole increments, and what a tool slides in the air does not rub. The strain by a load that changes
+is not known, a tool that turns may only roll, and a curved one dents what is beneath it: the first increment is then at
+most UNDRIVEN of the way to the next kink. Beneath a flat tool that turns from rest, whose force and moment are not
+stationary in the direction of flow, as its power is, it ends where the body begins to yield, however long the way is.
+If flow begins in one, the next has at most BEGUN of its length. Increments as long as the yield strain have an error of
+the force of 1e-3 at first yield and of 1e-2 after a body has turned round, which decay soon. A first increment that
+passes first yield has the smallest error, up to 4e-4 in a metal, which the estimate does not contain. At accuracies
+below HALVED it carries on the flow of its own first half (:mod:`bipot.control.carrying`), which leaves a third of that
+and less, unless the estimate of how unevenly it strains the body is at most EVEN of the accuracy, and tools press and
+go along one line. One after a kink always does, if it passes yielding: there the error is up to 1e-2. Where a path ends
+or turns sooner, or the yield strain is so large that an increment may not be so long, many short ones follow yielding.
 """
 
 from __future__ import annotations
