@@ -46,6 +46,16 @@ def test_friction_adds_to_the_force_of_a_block_between_platens(run):
     assert forces[0.3] > 1.2 * forces[0.0]
 
 
+def test_friction_and_hardening_are_found_from_a_ring_test(run):
+    metal, deviations, read, curves = run("identified", elements=2)
+    # Off by the mesh, which is half as fine as that of the test, and by what the instruments round.
+    np.testing.assert_allclose(metal, (0.12, 620.0, 0.21), rtol=0.02)
+    assert (deviations > 0).all()
+    assert (deviations < 0.01 * np.array(metal)).all()
+    assert (np.abs(curves["found"] - read) < (0.1, 0.005)).all()
+    assert np.abs(curves["guess"] - read).max(axis=0)[0] > 5.0
+
+
 @pytest.mark.slow
 def test_the_bore_of_a_ring_opens_or_closes_by_constant_shear(run):
     found = run("ring_compression", increments=12, elements=2, shear=(0.0, 0.1, 0.25, 0.3, 1.0))
