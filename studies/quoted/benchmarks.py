@@ -83,6 +83,7 @@ QUOTED = Quoted(
         "kappa_least": lambda results: digits(min(_kappa(results))),
         "kappa_most": lambda results: digits(max(_kappa(results))),
         "pass_coarse": lambda results: _coarse(results, "pass"),
+        "build_coarse": lambda results: _coarse(results, "split build"),
         "increment_coarse": lambda results: _coarse(results, "increment"),
         "passes_coarse": lambda results: _coarse(results, "passes an increment"),
         "update": lambda results: _over(results, "transfer", "transfer, new object"),
