@@ -103,7 +103,9 @@ def _pieces_of_flow(iterate: Iterate, law: Law, unloaded: Floats) -> Pieces:
     smooth = replace(rows, mu=np.where(rows.mu > LOW, rows.mu, 0.0))
     pieces = Pieces.of(smooth, iterate.motion, unloaded, law.scale)
     closed = pieces.closed & (resting | ~touches[system.candidates.tool])
-    held = np.linalg.matrix_rank(rows.G_n[np.flatnonzero(closed)] @ system.rigid) == system.rigid.shape[1]
+    opened = rows.G_n[np.flatnonzero(closed)] @ system.rigid
+    # Older versions of numpy know no rank of an empty matrix.
+    held = (np.linalg.matrix_rank(opened) if opened.size else 0) == opened.shape[1]
     pieces = pieces if held else Pieces.of(rows, iterate.motion, unloaded, law.scale)
     return replace(pieces, closed=closed, measured=iterate.measured)
 
