@@ -14,6 +14,7 @@ certificate. These are the public names by subject; everything else is in the su
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
 * limit loads: limit_load, LimitLoad
 * march: march, handed_on, transferred, Transfer, Course, Schedule, Control, Integration, Limits, Bounds, Locate
+* change with parameters: sensitivities, Slope
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * linear algebra of Newton: SuperLU, Pardiso
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
@@ -89,6 +90,7 @@ from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
+from bipot.sensitivity import Slope, sensitivities
 from bipot.tools.circle import Circle
 from bipot.tools.extruded import Extruded
 from bipot.tools.poses import Force, Moment, Turn
@@ -172,6 +174,7 @@ __all__ = [
     "SceneError",
     "Schedule",
     "ShapedTool",
+    "Slope",
     "StalledProgram",
     "State",
     "SuperLU",
@@ -206,6 +209,7 @@ __all__ = [
     "ring",
     "ring_3d",
     "roll",
+    "sensitivities",
     "sphere",
     "transferred",
     "upsetting",

@@ -28,7 +28,7 @@ LAYERS = (
     ("energy",),
     ("control",),
     ("exchange", "marching", "results"),
-    ("paper", "plot", "transfer"),
+    ("paper", "plot", "sensitivity", "transfer"),
     ("command",),
     ("bipot",),
     ("studies",),

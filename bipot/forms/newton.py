@@ -122,10 +122,7 @@ class Newton:
             return replace(last, frames=frames, pieces=here.pieces)
         with clock:
             element = here.iterate.tangent(here.r, setup.scratch)
-        data = setup.data(element)
-        if setup.spins.size:
-            setup.hold(data, resisted(here.iterate.rows, here.pieces.by_motion, setup.spins))
-        return Linearised.of(data, frames, here.pieces, self.linear)
+        return factorised(here, element, frames, setup, self.linear)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
         """The point found by the line search on the step ``along`` (n,) from ``here`` to the forces r (c, d)."""
@@ -148,6 +145,18 @@ class Newton:
         if best is None:
             raise failure
         return best
+
+
+def factorised(here: Point, element: Floats, frames: Frames, setup: Setup, linear: LinearSolver) -> Linearised[Pieces]:
+    """Newton's matrix at a point with the ``element`` matrices there (:meth:`bipot.iterate.Iterate.tangent`).
+
+    Raises:
+        ProgramError: it is singular.
+    """
+    data = setup.data(element)
+    if setup.spins.size:
+        setup.hold(data, resisted(here.iterate.rows, here.pieces.by_motion, setup.spins))
+    return Linearised.of(data, frames, here.pieces, linear)
 
 
 def _answer(point: Point, timing: Timing) -> Step:

@@ -1,0 +1,237 @@
+r"""How the results of a march change with parameters of its scene, from that march alone.
+
+An accepted increment has the unknowns x and the contact forces r. The same increment of a scene with one parameter
+changed by h, from the start that this scene has by then, has x and r for its own but for terms of order h, which one
+step of Newton's method finds to h^2:
+
+    K dx - G' dr = - (rho_h - G_h' r),    law_h at x, r, linearised,
+
+with the residual rho_h, the rows G_h and the law of the changed scene, and the matrix of the accepted increment,
+factorised once for all parameters. The state after it is that of any increment. A step with h = 0 takes out what the
+answer had left of its own equations, so that
+
+    dq/dp = (q_h - q_0)/h,    h = CHANGE times the size of the parameter.
+
+What a march decides is kept: where its increments end, and what part of the last flow is carried on. The derivative is
+that of a march which does the same, on the pieces of the law on which its contacts are. Where a contact is between two
+pieces, as one that lands at the very end of an increment, there is none: ``Slope.smooth`` says so. Round-off leaves an
+error of some 1e-13 q/h, which is much where a parameter of that size hardly matters: ``Slope.resolved``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.control.accepted import Accepted
+from bipot.control.control import Control
+from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.forms import Cache
+from bipot.forms.newton import factorised
+from bipot.forms.point import Law, Point
+from bipot.iterate import Increment, Iterate
+from bipot.marching import march
+from bipot.programs.factors import DEFAULT
+from bipot.programs.newton import Linearised
+from bipot.programs.pieces import Pieces
+from bipot.response import State
+from bipot.scene.scene import Scene
+from bipot.schedule import Schedule
+from bipot.system import System, system_of
+from bipot.typing import Bools, Floats, FrozenMap, Ints, max_abs, read_only
+
+CHANGE = 1e-6
+"""Change h of a parameter, over its size: terms of order h are then as small as what round-off leaves over h."""
+
+RESOLVED = 1e-10
+"""Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth."""
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Derivatives, by one parameter, of an accepted increment's ``tool_forces`` (k, d) and of its state's fields.
+
+    These are ``nodes`` (a, d), ``stress`` (e, q, s) and ``peeq`` (e, q). ``smooth`` says that all contacts stay on
+    their pieces of the law as the parameter grows: touching or not, stuck or sliding; ``resolved`` that round-off is
+    not more than a thousandth of the largest slope: the parameter matters by then. Arrays are read-only.
+    """
+
+    tool_forces: Floats
+    nodes: Floats
+    stress: Floats
+    peeq: Floats
+    smooth: bool
+    resolved: bool
+
+
+def sensitivities(
+    scene_of: Callable[..., Scene],
+    at: Mapping[str, float],
+    schedule: Schedule,
+    control: Control = Control(),
+    sizes: Mapping[str, float] = FrozenMap({}),
+) -> Iterator[tuple[Accepted, FrozenMap[str, Slope]]]:
+    """March the scene ``scene_of(**at)``, and yield each accepted increment with its slopes by the parameters ``at``.
+
+    ``scene_of`` takes the parameters by name. They may be anything that leaves the mesh its elements, and bodies and
+    tools what touches what: coefficients of friction, those of materials, lengths, travels, loads. A parameter that is
+    zero, or far from the size at which it matters, needs that size in ``sizes``.
+
+    Raises:
+        SceneError: at once, a wrong type; no parameter, or one that is no finite number; scenes of other elements,
+            supports, tools or candidates; a material whose stress is not returned; an accuracy, with which the
+            increments themselves change with the parameters. With an increment, a form of penalised contact.
+        IncrementFailed: as of :func:`~bipot.marching.march`.
+        ProgramError: nothing determines how the answer changes, as of a body that is held by nothing.
+        InvertedElement: an element of a changed scene is inverted.
+    """
+    require(callable(scene_of), "scene_of", scene_of, "a function of the parameters that makes a Scene")
+    require_type(schedule, Schedule, "schedule")
+    require_type(control, Control, "control")
+    allowed = "None: lengths by an accuracy change with the parameters"
+    require(schedule.accuracy is None, "schedule.accuracy", schedule.accuracy, allowed)
+    changes = _changes(at, sizes)
+    system = _system(scene_of, at, "scene_of(**at)")
+    material, allowed = system.body.scene.material, "one whose stress is returned to the yield surface"
+    require(not material.drifts, "material", material, allowed)
+    others = {
+        name: _system(scene_of, {**at, name: at[name] + h}, f"scene_of, {name} changed", system)
+        for name, h in changes.items()
+    }
+    march_of = march(system.body.scene, schedule, control)
+    return _slopes(march_of, _Beside.of(system), {name: _Beside.of(other) for name, other in others.items()}, changes)
+
+
+def _changes(at: Mapping[str, float], sizes: Mapping[str, float]) -> dict[str, float]:
+    """How much the parameters ``at`` which to march are changed, by name."""
+    require(isinstance(at, Mapping) and bool(at), "at", at, "one parameter or more, by name")
+    require(isinstance(sizes, Mapping) and set(sizes) <= set(at), "sizes", sizes, f"of some of {[*at]}, by name")
+    for name, value in at.items():
+        require_number(value, f"at[{name!r}]")
+        require(bool(np.isfinite(value)), f"at[{name!r}]", value, "finite")
+        size = sizes.get(name, value)
+        require_number(size, f"sizes[{name!r}]")
+        require(0 < abs(size) < np.inf, f"sizes[{name!r}]", size, "finite, and not zero as the parameter is")
+    return {name: CHANGE * abs(sizes.get(name, value)) for name, value in at.items()}
+
+
+def _system(scene_of: Callable[..., Scene], at: Mapping[str, float], said: str, like: System | None = None) -> System:
+    """The scene of the parameters ``at``, prepared, with the unknowns and the candidates of another one ``like`` it."""
+    scene = scene_of(**at)
+    require_type(scene, Scene, said)
+    system = system_of(scene)
+    if like is not None:
+        allowed = "of the same elements, supports, tools and candidates, with friction at the same of them"
+        require(all(map(np.array_equal, _numbering(system), _numbering(like))), said, "a scene", allowed)
+    return system
+
+
+def _numbering(system: System) -> tuple[Ints | Bools, ...]:
+    """What must be alike for unknowns and contacts to be the same."""
+    contacts = system.candidates
+    return system.body.scene.mesh.elements, system.body.space.free, contacts.node, contacts.tool, contacts.mu > 0
+
+
+class _Tangent(NamedTuple):
+    """An accepted increment: its unknowns, forces and matrix, and the ``fraction`` (e, q) of the flow carried on."""
+
+    tau: float
+    x: Floats
+    r: Floats
+    law: Law
+    here: Point
+    linearised: Linearised[Pieces]
+    fraction: Floats
+
+    @staticmethod
+    def of(accepted: Accepted, cache: Cache) -> _Tangent:
+        """That of an ``accepted`` increment; raises ProgramError where nothing determines its changes."""
+        allowed = "one whose answers obey Coulomb's law itself, and not a penalised one"
+        require(accepted.solved.posed is None, "control.form", accepted.form.value, allowed)
+        if accepted.solved.undetermined:
+            raise ProgramError(f"nothing determines how the answer changes: {accepted.solved.undetermined[0]}")
+        iterate, r = accepted.solved.iterate, accepted.solved.r
+        setup, frames = cache.setup(iterate), cache.frames(iterate.increment.rows, iterate)
+        law = Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces))
+        here = law.point(iterate, r, None)
+        element = iterate.tangent(r, setup.scratch)
+        linearised = factorised(here, element, law.frames_at(iterate), setup, DEFAULT)
+        return _Tangent(iterate.increment.tau, iterate.x, r, law, here, linearised, _carried(iterate, accepted.start))
+
+
+def _carried(iterate: Iterate, start: State) -> Floats:
+    """The fraction (e, q) of the flow of the ``start`` that was carried on into an increment."""
+    if start.flow is None:
+        return np.zeros_like(start.peeq)
+    last, begun = start.flow.strain, iterate.increment.start.plastic_strain
+    square = np.vecdot(last, last)
+    return np.vecdot(begun - start.plastic_strain, last) / np.where(square > 0, square, 1.0)
+
+
+@dataclass
+class _Beside:
+    """A scene that goes along with the march, at its ``state``; what its tools bear and whether it is ``smooth``."""
+
+    system: System
+    state: State
+    tool_forces: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    smooth: bool = True
+
+    @staticmethod
+    def of(system: System) -> _Beside:
+        """At rest."""
+        return _Beside(system, system.rest())
+
+    def follow(self, tangent: _Tangent) -> None:
+        """Make the increment, by one step of Newton's method from the accepted answer."""
+        start, body = self.state, self.system.body
+        begun = start if start.flow is None else body.carried_on(start, start.flow.times(tangent.fraction))
+        increment = Increment(self.system, begun, tangent.tau, accepted=start)
+        iterate, law, r = increment.at(tangent.x), tangent.law, tangent.r
+        point = law.point(iterate, r, tangent.here.pieces)
+        frames = law.frames.turned(iterate.rows)
+        step = replace(tangent.linearised, frames=frames, pieces=point.pieces)
+        dx, new = step.step(iterate.residual, point.miss, r)
+        end, forces = increment.at(tangent.x + dx), np.where(point.pieces.none, 0.0, new)
+        forces = point.pieces.at_caps(forces)
+        self.tool_forces = end.tool_forces(forces)
+        self.smooth = _same(point.pieces, tangent.here.pieces)
+        self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
+
+
+def _same(one: Pieces, other: Pieces) -> bool:
+    """Whether contacts are on the same pieces: touching or not, and of those that touch stuck or sliding."""
+    closed = one.closed
+    slides = np.array_equal(one.disc.slides[closed], other.disc.slides[closed])
+    return slides and np.array_equal(closed, other.closed)
+
+
+def _slopes(
+    marched: Iterator[Accepted], same: _Beside, others: Mapping[str, _Beside], changes: Mapping[str, float]
+) -> Iterator[tuple[Accepted, FrozenMap[str, Slope]]]:
+    cache = Cache()
+    for accepted in marched:
+        tangent = _Tangent.of(accepted, cache)
+        for beside in (same, *others.values()):
+            beside.follow(tangent)
+        yield accepted, FrozenMap({name: _slope(same, other, changes[name]) for name, other in others.items()})
+
+
+def _slope(same: _Beside, other: _Beside, h: float) -> Slope:
+    """The slope by a parameter that is changed by ``h`` in the ``other`` scene."""
+    (force, now), (changed, then), size = (
+        *((b.tool_forces, b.state) for b in (same, other)),
+        same.system.body.scene.size,
+    )
+    resolved = max_abs(changed - force) > RESOLVED * max_abs(force) or max_abs(then.nodes - now.nodes) > RESOLVED * size
+    return Slope(
+        tool_forces=read_only((changed - force) / h, np.float64),
+        nodes=read_only((then.nodes - now.nodes) / h, np.float64),
+        stress=read_only((then.stress - now.stress) / h, np.float64),
+        peeq=read_only((then.peeq - now.peeq) / h, np.float64),
+        smooth=same.smooth and other.smooth,
+        resolved=resolved,
+    )
