@@ -184,6 +184,9 @@ def _interpolated(x: Floats, values: Floats, y: Floats) -> Floats:
     found, left, near = np.empty((len(asked), known.shape[1])), np.arange(len(asked)), min(NEAREST, len(x))
     allowed = "such that its integration points are not on one line, in space not in one plane: mesh finer"
     require(bool(np.isfinite(_outside(x[None], x[:1])).all()), "scene.mesh", f"with {len(x)} points", allowed)
+    # Kernels of distances far below one are lost beside linear functions; those of distances far above are not.
+    unit = float(cKDTree(x).query(x, 2)[0][:, 1].min())
+    x, asked = x / unit, asked / unit
     tree = cKDTree(x)
     while left.size:
         nearest = tree.query(asked[left], near)[1].reshape(len(left), near)

@@ -40,6 +40,16 @@ def test_linear_fields_are_met_by_flat_elements_in_any_direction(old, new, angle
     np.testing.assert_allclose(found, y @ slopes, atol=1e-8)
 
 
+@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1e-3, 1e6])
+def test_curved_fields_are_the_same_in_any_unit_of_length(unit):
+    """As of a body of a few micrometres in metres, or of a grid with elements that fine."""
+    x, y = points(block(1.0, 1.0, 20, 20)), points(block(1.0, 1.0, 17, 23))
+    field = np.sin(3 * x[..., :1]) * np.cos(2 * x[..., 1:])
+    found = _interpolated(unit * x, field, unit * y)
+    np.testing.assert_allclose(found, np.sin(3 * y[..., :1]) * np.cos(2 * y[..., 1:]), atol=3e-4)
+    np.testing.assert_allclose(found, _interpolated(x, field, y), atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "mesh", [block(1.0, 1.0, 1, 1, element=Element.T3), brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T4)]
 )
