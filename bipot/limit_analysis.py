@@ -42,7 +42,10 @@ CANCELLED = 1e-12
 
 @dataclass(frozen=True)
 class LimitLoad:
-    """The largest ``multiple`` of the load that is carried, and the collapse ``motion`` (a, d), largest part one."""
+    """The largest ``multiple`` of the load that is carried, and the collapse ``motion`` (a, d), largest part one.
+
+    It is zero where a driven tool slips on a body at rest.
+    """
 
     multiple: float
     motion: Floats
@@ -84,8 +87,9 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         raise ProgramError(f"no mechanism found: the nearest {short}")
     if not found.share > _cancelled(scene):
         raise InfeasibleProgram(UNMOVED)
-    motion = system.body.space.spread(found.v)
-    return LimitLoad(found.carried, read_only(motion / np.abs(motion).max(), np.float64))
+    motion, most = system.body.space.spread(found.v), max_abs(found.v)
+    still = max_abs(motion) <= ROUND_OFF * most
+    return LimitLoad(found.carried, read_only(np.zeros_like(motion) if still else motion / max_abs(motion), np.float64))
 
 
 def collapse(increment: Increment) -> Mechanism | None:

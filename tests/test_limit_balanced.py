@@ -4,22 +4,27 @@ import numpy as np
 import pytest
 
 from bipot import (
+    Circle,
     Control,
     Elasticity,
     Element,
     FlatTool,
+    Force,
     Geometry,
     IncrementFailed,
     LimitPassed,
     Limits,
     Mesh,
+    Moment,
     Newton,
     Perfect,
     Pressure,
     Scene,
     Schedule,
+    ShapedTool,
     Support,
     Traction,
+    Turn,
     VolumeChange,
     VonMises,
     block,
@@ -91,3 +96,15 @@ def test_a_gain_by_round_off_is_none_where_a_turned_brick_locks(size):
     steel, load = VonMises(STEEL, SOFT), (Pressure("top", 1.0),)
     with pytest.raises(InfeasibleProgram, match="elements that lock"):
         limit_load(Scene(mesh, Geometry.SOLID, steel, held, loads=load, volume=VolumeChange.AS_IS))
+
+
+def test_a_roll_that_spins_on_a_body_at_rest_collapses_without_motion_of_it():
+    """Friction bears moments up to mu times the force and the radius, 0.03."""
+    turn = Turn(0.0, (1.0, 1.3), driven_by=Moment(0.05))
+    circle, force = Circle((1.0, 1.3), 0.3), Force((0.0, -1.0))
+    roll = ShapedTool(circle, (0.0, 0.0), ("top",), 0.1, turn=turn, driven_by=force)
+    held = Support("base", 0), Support("base", 1)
+    scene = Scene(block(2.0, 1.0, 8, 4), Geometry.PLANE_STRAIN, VonMises(STEEL, SOFT), held, (roll,))
+    found = limit_load(scene)
+    assert found.multiple == 0
+    assert not found.motion.any()
