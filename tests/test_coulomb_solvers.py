@@ -174,3 +174,11 @@ def test_a_chain_that_ends_without_an_answer_says_whether_it_had_time():
     assert late.outcome is coulomb.Outcome.TIME_LIMIT
     assert late.reason.startswith("No time was left to try a solver in 1.0e-12 s")
     assert late.iterations == tried.iterations == 0
+
+
+def test_forces_that_run_away_until_they_overflow_are_no_warning_and_no_answer():
+    """Nothing resists the normal force; Python's warnings are errors here."""
+    problem = coulomb.CoulombProblem([[0.0, 0.0], [0.0, 1.0]], [-1.0, 0.0], 0.3, 2)
+    answer = coulomb.run(coulomb.Uzawa(), problem)
+    assert not answer.converged
+    assert np.isfinite(answer.r).all()
