@@ -10,12 +10,15 @@ from bipot import (
     Control,
     Elasticity,
     Element,
+    Existing,
     FlatTool,
     Force,
     Geometry,
     Integration,
     Linear,
     Newton,
+    Recorder,
+    ResultsError,
     Scene,
     Schedule,
     ShapedTool,
@@ -27,6 +30,7 @@ from bipot import (
     march,
     upsetting,
 )
+from bipot.results import columns
 from tests.scenes import refused
 
 RAMP = (0.0, 0.0), (1.0, 1.0)
@@ -133,3 +137,22 @@ def test_a_body_under_loads_springs_back_without_tools_and_then_goes_on():
     assert np.abs(state.stress).max() < 1e-3 * np.abs(last.state.stress).max()
     *_, end = march(far, Schedule(6), EULER, start=state)
     assert end.tool_force(0)[0] < -100.0
+
+
+def test_a_run_that_another_body_began_is_not_gone_on_with(tmp_path):
+    """Its scene, parameters and columns are the same; it would pass for the run of the body that is given."""
+    second, first = pressed(wall()), first_state()
+    one = handed_on(first, second)
+    other = replace(one, peeq=one.peeq * (1 + 1e-6))
+
+    def recorder(start):
+        return Recorder(tmp_path, second, (columns.INCREMENT,), {}, {}, existing=Existing.RESUME, start=start)
+
+    with recorder(one) as begun:
+        begun.record(next(march(second, Schedule(6), EULER, begun.start)))
+    with pytest.raises(ResultsError, match=f"{tmp_path}: holds a run that began at another state than start"):
+        recorder(other)
+    for same in (one, None):
+        assert recorder(same).existing is Existing.RESUME
+        with recorder(same) as resumed:
+            assert resumed.start.number == 1

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from bipot.errors import ResultsError
-from bipot.results.description import Parameters, as_json, describe, same_mesh
+from bipot.response import State
+from bipot.results.description import Parameters, as_json, describe, same_mesh, same_state
 from bipot.results.history import FIELDS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.static import FORMAT
@@ -31,15 +32,19 @@ class Existing(Enum):
 
 @dataclass(frozen=True)
 class Asked:
-    """What identifies a run that is to be written, and must be the same in one that is gone on with."""
+    """What identifies a run that is to be written, and must be the same in one that is gone on with.
+
+    Its ``start`` is None where none is given: a run of any start is gone on with then.
+    """
 
     scene: Scene
     parameters: Parameters
     units: Mapping[str, str]
     columns: tuple[str, ...]
+    start: State | None
 
     def require_same(self, found: History, folder: Path) -> None:
-        """Refuse a run ``found`` of other parameters, units, scene or columns, or of a layout that is only read."""
+        """Refuse a run ``found`` of other parameters, units, scene, columns or start, or of a layout that is only read."""
         if found.format != FORMAT:
             raise ResultsError(f"{found.file}: was written by an older version and is not gone on with; {CHOICE}")
         for what, stored, asked in (
@@ -54,6 +59,8 @@ class Asked:
                 raise ResultsError(f"{folder}: holds a run with {what}{name} = {old}, not {new}; {CHOICE}")
         if not same_mesh(found.mesh, self.scene.mesh):
             raise ResultsError(f"{folder}: holds a run on another mesh; {CHOICE}")
+        if self.start is not None and not same_state(found.start.state, self.start):
+            raise ResultsError(f"{folder}: holds a run that began at another state than start; {CHOICE}")
 
 
 def _difference(name: str, old: Any, new: Any) -> tuple[str, Any, Any] | None:

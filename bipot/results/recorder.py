@@ -54,7 +54,8 @@ class Recorder:
 
     Raises:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, units, columns
-            or scene (names the field), or another process writes there, or it cannot be written.
+            or scene (names the field) or of another start than a given one, or another process writes there, or it
+            cannot be written.
         SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a unit of another
             quantity, a start of another scene, an object of the user's own classes with a repr of only its address.
     """
@@ -83,11 +84,12 @@ class Recorder:
         self.folder, self.columns = settled(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
-        self._asked = Asked(scene, parameters, units, tuple(column.name for column in self.columns))
         require_number(patience, "patience")
         require(0 <= patience < np.inf, "patience", patience, "finite and not negative")
         self.note, self.patience = "", patience
         self._course = course_of(start, self.system, Bounds().equilibrium)
+        begun = None if start is None else self._course.state
+        self._asked = Asked(scene, parameters, units, tuple(column.name for column in self.columns), begun)
         self._committed, self._lines, self._since = self._course, list[str](), time.monotonic()
         self._file: RunFile
         self._opened: ExitStack | None = None
