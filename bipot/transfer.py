@@ -142,7 +142,8 @@ def _require_drawn(before: System, nodes: Floats, after: System, volume: float) 
     allowed = f"the deformed body's, {had:.6g}, to {DRAWN:g} of it"
     require(abs(volume) <= DRAWN, "onto.mesh: its volume", had * (1 + volume), allowed)
     asked, found = (np.stack([x.min(axis=0), x.max(axis=0)]) for x in (nodes, new.nodes))
-    allowed = f"the deformed body's, {np.round(asked, 6).tolist()}, to {DRAWN:g} of its size"
+    shown = [[float(f"{place:.6g}") for place in corner] for corner in asked.tolist()]
+    allowed = f"the deformed body's, {shown}, to {DRAWN:g} of its size"
     require(
         max_abs(found - asked) <= DRAWN * new.size, "onto.mesh: its least and largest places", found.tolist(), allowed
     )

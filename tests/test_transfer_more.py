@@ -99,3 +99,11 @@ def test_small_displacements_draw_no_body_anew():
     state = system_of(scene).rest()
     refused(lambda: transferred(state, small, scene), "scene.configuration = 'small': must be another one")
     refused(lambda: transferred(state, scene, small), "onto.configuration = 'small': must be another one")
+
+
+def test_a_refusal_tells_places_of_a_small_body():
+    """Those of micrometres in metres are not rounded to zero."""
+    scene, other = (pressed(block(*sides, 4, 2), top=1.0) for sides in ((2.0, 1.0), (1.5, 4 / 3)))
+    small, wrong = (replace(s, mesh=replace(s.mesh, nodes=1e-6 * s.mesh.nodes), tools=()) for s in (scene, other))
+    words = r"onto.mesh: its least .*: must be the deformed body's, \[\[0.0, 0.0\], \[2e-06, 1e-06\]\]"
+    refused(lambda: transferred(system_of(small).rest(), small, wrong), words)
