@@ -44,7 +44,7 @@ class Asked:
     start: State | None
 
     def require_same(self, found: History, folder: Path) -> None:
-        """Refuse a run ``found`` of other parameters, units, scene, columns or start, or of a layout that is only read."""
+        """Refuse a run ``found`` of another scene or start, other parameters, units, columns or a layout only read."""
         if found.format != FORMAT:
             raise ResultsError(f"{found.file}: was written by an older version and is not gone on with; {CHOICE}")
         for what, stored, asked in (
