@@ -148,6 +148,19 @@ def test_what_is_shorter_is_named(tmp_path, marched):
         out.record(marched[1])
 
 
+@pytest.mark.parametrize("part", ["VTKHDF/CellData", "VTKHDF/Steps/PointDataOffsets"])
+def test_a_file_that_lacks_a_part_is_named_and_closed(tmp_path, marched, part):
+    """Left open, HDF5 wrote to a closed Python file when its objects were collected, and could end the process."""
+    with recorder(tmp_path) as out:
+        out.record(marched[0])
+    with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
+        del file[part]
+    opened = h5py.h5f.get_obj_count(types=h5py.h5f.OBJ_FILE)
+    with pytest.raises(ResultsError, match="run.vtkhdf: cannot be gone on with"):
+        recorder(tmp_path, Existing.RESUME).__enter__()
+    assert h5py.h5f.get_obj_count(types=h5py.h5f.OBJ_FILE) == opened
+
+
 def test_a_full_disk_leaves_what_was_recorded_and_the_run_goes_on_when_there_is_room(tmp_path, marched, monkeypatch):
     with recorder(tmp_path) as out:
         out.record(marched[0])

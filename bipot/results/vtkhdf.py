@@ -19,7 +19,8 @@ again on request.
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -83,21 +84,22 @@ class RunFile:
         # h5py takes long to import, and only files need it.
         import h5py
 
-        out = h5py.File(file, "w", libver=VERSIONS)
-        write_static(out, system, parameters, units)
-        return RunFile(file, out, system)
+        with _closed_unless_done(h5py.File(file, "w", libver=VERSIONS)) as out:
+            write_static(out, system, parameters, units)
+            return RunFile(file, out, system)
 
     @staticmethod
     def reopen(file: Journaled, system: System) -> RunFile:
         """A run to append steps to, once it is :meth:`cut_back`."""
         import h5py
 
-        run = RunFile(file, h5py.File(file, "r+", libver=VERSIONS), system)
-        for group in (*GROWING, "VTKHDF/Steps"):
-            for name, item in run._out[group].items():
-                if hasattr(item, "maxshape") and item.maxshape[0] is None:
-                    run._growing[f"{group}/{name}"] = Growing(item)
-        return run
+        with _closed_unless_done(h5py.File(file, "r+", libver=VERSIONS)) as out:
+            run = RunFile(file, out, system)
+            for group in (*GROWING, "VTKHDF/Steps"):
+                for name, item in run._out[group].items():
+                    if hasattr(item, "maxshape") and item.maxshape[0] is None:
+                        run._growing[f"{group}/{name}"] = Growing(item)
+            return run
 
     @property
     def count(self) -> int:
@@ -202,6 +204,16 @@ class RunFile:
                         self._out[f"{_offsets(group)}/{other}"] = self._out[name]
         else:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
+
+
+@contextmanager
+def _closed_unless_done(out: h5py.File) -> Iterator[h5py.File]:
+    """The file, closed by an error: HDF5 would write to it after its Python file is closed, and end the process."""
+    try:
+        yield out
+    except BaseException:
+        out.close()
+        raise
 
 
 def _offsets(group: str) -> str:
