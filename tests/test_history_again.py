@@ -156,7 +156,7 @@ def test_a_file_that_lacks_a_part_is_named_and_closed(tmp_path, marched, part):
     with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
         del file[part]
     opened = h5py.h5f.get_obj_count(types=h5py.h5f.OBJ_FILE)
-    with pytest.raises(ResultsError, match="run.vtkhdf: cannot be gone on with"):
+    with pytest.raises(ResultsError, match=r"run\.vtkhdf: cannot be gone on with"):
         recorder(tmp_path, Existing.RESUME).__enter__()
     assert h5py.h5f.get_obj_count(types=h5py.h5f.OBJ_FILE) == opened
 
