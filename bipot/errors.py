@@ -15,6 +15,8 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import Any, TypeGuard
 
+import numpy as np
+
 LARGEST_STRESS, LARGEST_LENGTH = 1e60, 1e40
 """Largest value in any units, and inverse of the smallest: (E size^2)^2 then neither overflows nor vanishes."""
 
@@ -23,6 +25,9 @@ LARGEST_COUNT = 2**63 - 1
 """The largest length of an array, by its index type."""
 
 MANY = "a number of many digits"
+
+NO_NUMBERS = (bool, np.timedelta64)
+"""Types that call themselves integers: NumPy derives its durations from them."""
 
 LONGEST = 300
 """Letters of a value in a message: a scene given for something else would fill the screen with its arrays."""
@@ -172,7 +177,7 @@ def require_type(value: object, kind: type, field: str, *, optional: bool = Fals
 
 def require_number(value: object, field: str) -> None:
     """Raise :class:`SceneError` unless ``value`` is a real number that a float can hold; True and False are none."""
-    require(isinstance(value, Real) and not isinstance(value, bool), field, value, "a number")
+    require(isinstance(value, Real) and not isinstance(value, NO_NUMBERS), field, value, "a number")
     try:
         float(value)  # type: ignore[arg-type]
     except OverflowError:
@@ -197,8 +202,8 @@ def require_magnitude(value: float, field: str, largest: float) -> None:
 
 
 def is_whole(value: object) -> TypeGuard[Integral]:
-    """Whether ``value`` is of an integer type, a truth value apart."""
-    return isinstance(value, Integral) and not isinstance(value, bool)
+    """Whether ``value`` is of an integer type, truth values and durations apart."""
+    return isinstance(value, Integral) and not isinstance(value, NO_NUMBERS)
 
 
 def require_count(value: object, field: str, least: int = 1, most: int = LARGEST_COUNT) -> None:

@@ -10,7 +10,7 @@ from numbers import Real
 
 import numpy as np
 
-from bipot.errors import require, require_magnitude, require_number, require_type
+from bipot.errors import NO_NUMBERS, require, require_magnitude, require_number, require_type
 from bipot.schedule import ROUND_OFF, SAME
 from bipot.typing import Floats, listed, max_abs
 
@@ -99,7 +99,7 @@ def _numbers(value: object, counts: tuple[int, ...], field: str, allowed: str) -
 def _finite(x: object) -> bool:
     """Whether ``x`` is a number that a float can hold."""
     try:
-        return isinstance(x, Real) and not isinstance(x, bool) and bool(np.isfinite(float(x)))
+        return isinstance(x, Real) and not isinstance(x, NO_NUMBERS) and bool(np.isfinite(float(x)))
     except OverflowError:
         return False
 

@@ -27,7 +27,7 @@ from bipot.laws.von_mises import Returned, TangentKind, isotropic
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
 from bipot.tensors import contract, deviatoric_basis, equivalent_stress, identity, trace
-from bipot.typing import Floats, max_abs, read_only
+from bipot.typing import Floats, as_numbers, max_abs, read_only
 
 STILL = 1e-9
 """A motion below this fraction of the body's size is what is left of balance, in a body that nothing touches."""
@@ -62,7 +62,8 @@ class State:
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
-            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
+            numbers = as_numbers(getattr(self, name), f"state.{name}")
+            object.__setattr__(self, name, read_only(numbers, np.float64))
 
     def __repr__(self) -> str:
         """One line, without the arrays."""

@@ -3,6 +3,7 @@
 import copy
 import pickle
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from bipot.errors import SceneError
 from bipot.forms.memory import Paced
 from bipot.marching import march
 from bipot.paper import upsetting
+from bipot.response import ARRAYS
 from bipot.schedule import Schedule
 from tests.courses import FORMS, stored, unlike, upset
 from tests.scenes import refused
@@ -46,6 +48,7 @@ def course(accepted):
         ({"size": 0.0, "uncut": 0.1}, "course.size = 0.0: must be NaN, or from 1e-20 to 1"),
         ({"proposed": 5e-324}, "course.proposed = 5e-324: must be NaN, or from 1e-20 to 1"),
         ({"size": 0.1, "uncut": 1.1}, "course.uncut = 1.1: must be NaN, or from 1e-20 to 1"),
+        ({"size": Fraction(1, 2)}, "course.uncut = nan: must be NaN if course.size is, which is 0.5"),
         ({"size": 0.1}, "course.uncut = nan: must be NaN if course.size is"),
         ({"uncut": 0.1}, "course.uncut = 0.1: must be NaN if course.size is"),
         ({"landed": [0, 1]}, "course.landed = 'of type int64': must be booleans"),
@@ -57,6 +60,15 @@ def course(accepted):
 )
 def test_impossible_values_are_refused_when_it_is_made(course, changes, words):
     refused(lambda: replace(course, **changes), words)
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+@pytest.mark.parametrize("of", ["complex", "U40", "bool"])
+def test_arrays_of_a_state_are_of_numbers(course, name, of):
+    """Imaginary parts were dropped and texts read as numbers; other things ended as errors of NumPy."""
+    array = getattr(course.state, name)
+    refused(lambda: replace(course.state, **{name: array.astype(of)}), rf"state.{name} = 'of type .*': must be numbers")
+    refused(lambda: replace(course.state, **{name: [[1.0], [1.0, 2.0]]}), f"state.{name}: must be an array of numbers")
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,9 @@ from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
+from bipot.paths import Amplitude
 from bipot.programs.fixed_point import Safeguard
+from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
 from tests.scenes import refused, scene
 
@@ -66,6 +68,22 @@ def test_scalars_become_plain_floats(make, kind):
     made = make(kind)
     assert {type(value) for value in numbers(made)} == {float}
     assert made == make(lambda value: float(kind(value)))
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        *MADE,
+        lambda t: Amplitude(((0.0, t(0.0)), (1.0, 1.0))),
+        lambda t: Schedule(t(3.0)),
+        lambda t: Support("base", t(1.0)),
+        lambda t: block(1.0, 1.0, t(2.0), 2),
+        lambda t: brick(t(1.0), 1.0, 1.0, 2, 2, 2),
+    ],
+)
+def test_a_duration_is_no_number(make):
+    """NumPy derives it from its integers; each of these ended as a TypeError."""
+    refused(lambda: make(lambda value: np.timedelta64(int(value), "s")), "must be")
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -194,7 +194,7 @@ def test_the_default_penalty_is_e_over_h_times_the_mean_nodal_area():
 
 
 @pytest.mark.parametrize("form", [Penalty, Uzawa])
-@pytest.mark.parametrize("bad", [0.0, -1.0, np.inf, np.nan])
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.inf, np.nan, 1e101, 5e-324])
 def test_bad_penalties_are_refused(form, bad):
     with pytest.raises(SceneError, match="K_n = "):
         form(bad, 1.0)

@@ -12,7 +12,7 @@ from bipot.errors import require, require_count, require_number, require_tuple, 
 from bipot.forms.memory import Paced
 from bipot.increment import Solved, advance
 from bipot.response import State
-from bipot.typing import Bools, as_array, max_abs, read_only
+from bipot.typing import Bools, as_array, make_floats, max_abs, read_only
 
 SHORTEST = 1e-20
 """Length in pseudo-time far below round-off, so that rates are finite."""
@@ -58,8 +58,8 @@ class Course:
         allowed = f"at least {present:g}, the largest contact force of course.state"
         require(not self.largest < present, "course.largest", self.largest, allowed)
         for name in ("size", "uncut", "proposed"):
+            make_floats(self, name, of="course.")
             value, field = getattr(self, name), f"course.{name}"
-            require_number(value, field)
             require(math.isnan(value) or SHORTEST <= value <= 1, field, value, f"NaN, or from {SHORTEST:g} to 1")
         both = math.isnan(self.size) == math.isnan(self.uncut)
         require(both, "course.uncut", self.uncut, f"NaN if course.size is, which is {self.size:g}, and only then")

@@ -15,7 +15,15 @@ from bipot.conic.solver import Accuracy
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.contact.mobility import shares
-from bipot.errors import UnsuitedForm, require, require_positive, require_type
+from bipot.errors import (
+    LARGEST_LENGTH,
+    LARGEST_STRESS,
+    UnsuitedForm,
+    require,
+    require_magnitude,
+    require_positive,
+    require_type,
+)
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
@@ -75,6 +83,8 @@ class Penalised(ABC):
 
     def __post_init__(self) -> None:
         make_floats(self, K_n="finite and > 0", K_t="finite and > 0")
+        for name in ("K_n", "K_t"):
+            require_magnitude(getattr(self, name), name, LARGEST_STRESS * LARGEST_LENGTH)
         require_type(self.optimiser, Optimiser, "penalty.optimiser")
         require_type(self.kind, TangentKind, "penalty.kind")
 
