@@ -20,9 +20,13 @@ from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious
+from bipot.tools.poses import Force
+from bipot.tools.revolved import sphere
 from studies.optimisers import ALLOWED, compare
 from studies.runs import condition
+from tests.curved import STEEL
 from tests.scenes import path, posed
+from tests.space import rubbed
 
 # (n, t_1 ..) of four candidates, three of them frictional.
 COUNT, FRICTIONAL = 4, np.array([0, 1, 3])
@@ -200,6 +204,19 @@ def test_bad_penalties_are_refused(form, bad):
         form(bad, 1.0)
     with pytest.raises(SceneError, match="K_t = "):
         form(1.0, bad)
+
+
+@pytest.mark.parametrize("factor", [1.0, 3.0, 100.0, 300.0, 1e3])
+@pytest.mark.parametrize("form", [Penalty, Uzawa])
+def test_a_tool_that_falls_onto_the_body_is_caught_at_any_penalty(form, factor):
+    """While all contacts are open nothing holds the tool: some passes ended with residuals of up to 9e10."""
+    ball, force = sphere((0.45, 0.55, 1.65), 0.6), Force((0.0, 0.0, -30.0))
+    fallen = rubbed(ball, material=STEEL, travel=(0.0, 0.0, 0.0), driven_by=force)
+    K = contact_penalty(system_of(fallen).candidates, factor)
+    accepted = next(march(fallen, Schedule(4, first=0.01), Control(form(K, K), (), cuts=0)))
+    np.testing.assert_allclose(accepted.tool_force(0), (0.0, 0.0, -0.3), atol=1e-4)
+    gap = accepted.scene.tools[0].distance(accepted.state.nodes, accepted.poses[0]).min()
+    assert gap == pytest.approx(0.0 if form is Uzawa else -0.3 / K, rel=1e-2, abs=1e-10), "held by one node"
 
 
 def test_a_welded_tool_is_refused_in_words():

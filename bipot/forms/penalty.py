@@ -26,7 +26,7 @@ from bipot.errors import (
 )
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.posed import Posed
+from bipot.forms.posed import Posed, sprung
 from bipot.iterate import Iterate
 from bipot.laws.penalised import default_penalty
 from bipot.meshes.elements import Element
@@ -120,6 +120,9 @@ class Penalised(ABC):
             raise UnsuitedForm("the penalised forms do not weld (mu = inf), but a large finite mu they take")
         K, threshold = iterate.stiffness(self.kind), state.terms(iterate, r).threshold
         f = K @ iterate.x - iterate.residual
+        if (driven := np.ones(iterate.translated.size, dtype=bool)).size:
+            # A penalised contact resists only once it is closed: while all are open, their rows hold no tool.
+            K, f = sprung(K, f, iterate, state, driven, state.units.length, state.units.force)
         share = iterate.increment.system.candidates.share[state.near]
         K_n, K_t = self.K_n * share, self.K_t * share[state.rows.frictional]
         return PenaltyProgram(K, f, PenaltyTerms(state.rows, start_gap, t_0, threshold, K_n, K_t))

@@ -251,12 +251,20 @@ def softly_held(program: TangentProgram, iterate: Iterate, state: Posed, tools: 
     """The program with a spring on the chosen ones of the driven coordinates, ``tools`` (m,)."""
     if not tools.any():
         return program
-    space, (spring, tension) = iterate.increment.system.body.space, _springs(iterate, state, tools)
-    K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
-    # A sum of sparse matrices would drop stored zeros, which belong to the run's pattern.
-    K.data[space.diagonal] += spring
-    f[len(space.free) :] += tension
+    K, f = sprung(program.K, program.f, iterate, state, tools)
     return replace(program, K=K, f=f)
+
+
+def sprung(
+    K: sp.csc_matrix, f: Floats, iterate: Iterate, state: Posed, tools: Bools, length: float = 1.0, force: float = 1.0
+) -> tuple[sp.csc_matrix, Floats]:
+    """K and f with springs on the chosen ``tools`` (m,), times units of ``length`` and ``force``."""
+    space, (spring, tension) = iterate.increment.system.body.space, _springs(iterate, state, tools)
+    K, f = sp.csc_matrix(K, copy=True), f.copy()
+    # A sum of sparse matrices would drop stored zeros, which belong to the run's pattern.
+    K.data[space.diagonal] += spring * (force / length)
+    f[len(space.free) :] += tension * force
+    return K, f
 
 
 def softly_placed(program: DissipationProgram, iterate: Iterate, state: Posed) -> DissipationProgram:
