@@ -21,7 +21,7 @@ from bipot.marching import Control, Schedule, march
 from bipot.paper import upsetting
 from bipot.programs.data import Term
 from studies.solvers import compared, recorded
-from tests.scenes import posed
+from tests.scenes import posed, refused
 
 TIGHT = Accuracy(1e-11)
 
@@ -79,7 +79,7 @@ def test_where_a_solver_stalls_on_the_way_to_a_fine_answer_a_form_asks_for_less(
 def test_what_qoco_cannot_solve_is_a_program_error():
     program = posed(0.3).tangent.conic()
     shut = [replace(r, b=r.b - 1e3) if r.term == Term.GAP else r for r in program.rows]
-    apart = [replace(r, A=-r.A, b=-r.b - 1e3) for r in program.rows if r.term == Term.GAP]
+    apart = [replace(r, term="apart", A=-r.A, b=-r.b - 1e3) for r in program.rows if r.term == Term.GAP]
     with pytest.raises(ProgramError, match="conic solver stopped with QOCO"):
         Qoco().solve(replace(program, rows=(*shut, *apart)), TIGHT)
 
@@ -175,3 +175,52 @@ def test_the_library_imports_nothing_that_takes_long_before_it_is_needed():
     code = f"{loaded}; print(sorted({SLOW_TO_IMPORT!r} & (set(sys.modules) - own)))"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert told.stdout.strip() == "[]"
+
+
+SQUARE = sp.csc_matrix(np.eye(2))
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"b": np.zeros(1)}, r"rows.A = 'of shape \(2, 2\)': must be of 1 rows, as rows.b"),
+        ({"b": [0.0, 0.0]}, "rows.b = 'list': must be an array of numbers with one axis"),
+        ({"A": np.eye(2)}, "rows.A = 'ndarray': must be a sparse matrix"),
+        ({"cone": "nonnegative"}, "rows.cone = 'nonnegative': must be a Cone, e.g. Cone.NONNEGATIVE"),
+        ({"cone": Cone.SECOND_ORDER, "width": 3}, "rows.b = 'of 2 numbers': must be of a multiple of 3, the width"),
+        ({"cone": Cone.SECOND_ORDER, "width": 0}, "rows.width = 0: must be >= 1"),
+        ({"term": None}, "rows.term = None: must be a str"),
+    ],
+)
+def test_rows_that_do_not_fit_are_refused(changes, words):
+    """QOCO and cvxpy left out a cone of more rows than there were, and claimed the answer solved."""
+    refused(lambda: replace(Rows("x", Cone.NONNEGATIVE, SQUARE.tocsr(), np.zeros(2)), **changes), words)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"q": np.zeros(1)},
+            r"program.P = 'of shape \(2, 2\)': must be a sparse matrix of shape \(1, 1\), as program.q",
+        ),
+        ({"q": [0.0, 0.0]}, "program.q = 'list': must be an array"),
+        ({"P": np.eye(2)}, "program.P = 'ndarray': must be a sparse matrix"),
+        ({"rows": None}, "program.rows = None: must be a tuple of Rows"),
+        ({"blocks": None}, "program.blocks = None: must be a Mapping"),
+        ({"blocks": {"x": slice(0, 9)}}, r"program.blocks, x = slice\(0, 9, None\): must be a slice of whole numbers"),
+    ],
+)
+def test_programs_that_do_not_fit_are_refused(changes, words):
+    refused(lambda: replace(ConicProgram(SQUARE, np.zeros(2), (), {"x": slice(0, 2)}), **changes), words)
+
+
+def test_two_blocks_of_rows_of_one_name_are_refused():
+    """Through cvxpy the first was left out: x = -1 for x >= 0."""
+    least = Rows("x", Cone.NONNEGATIVE, SQUARE.tocsr(), np.zeros(2))
+    most = replace(least, A=-least.A, b=np.ones(2))
+    refused(
+        lambda: ConicProgram(SQUARE, np.ones(2), (least, most), {}), "program.rows = .*: must be of a different term"
+    )
+    wide = replace(least, A=sp.csr_matrix(np.ones((2, 3))))
+    refused(lambda: ConicProgram(SQUARE, np.ones(2), (wide,), {}), "program.rows, A of x = .*: must be of 2 columns")

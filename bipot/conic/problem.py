@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.conic.file import Arrays, compressed, write
-from bipot.errors import require
+from bipot.errors import is_whole, require, require_count, require_tuple, require_type
 from bipot.typing import Floats, max_abs
 
 KIND = "bipot conic program 1"
@@ -67,6 +67,9 @@ class Rows:
     """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,).
 
     Cones other than SECOND_ORDER have one row: more would be measured as if the first bounded the others.
+
+    Raises:
+        SceneError: a wider cone of another kind, shapes that do not fit together.
     """
 
     term: str
@@ -76,6 +79,14 @@ class Rows:
     width: int = 1
 
     def __post_init__(self) -> None:
+        require_type(self.term, str, "rows.term")
+        require_type(self.cone, Cone, "rows.cone")
+        require_count(self.width, "rows.width")
+        _require_vector(self.b, "rows.b")
+        require(sp.issparse(self.A), "rows.A", type(self.A).__name__, "a sparse matrix")
+        count = len(self.b)
+        require(self.A.shape[0] == count, "rows.A", f"of shape {self.A.shape}", f"of {count} rows, as rows.b")
+        require(count % self.width == 0, "rows.b", f"of {count} numbers", f"of a multiple of {self.width}, the width")
         alone = self.cone is not Cone.SECOND_ORDER
         require(self.width == 1 or not alone, "width", self.width, f"1 in a {self.cone.value} cone")
 
@@ -89,6 +100,11 @@ class Rows:
         return self.A @ x + self.b
 
 
+def _require_vector(value: object, field: str) -> None:
+    right = isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fi"
+    require(right, field, type(value).__name__, "an array of numbers with one axis")
+
+
 def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
     """(A, b) of blocks of rows, one below the other, with the entries that are stored."""
     A = sp.vstack([sp.csr_matrix((0, columns)), *(r.A for r in rows)], format="csr")
@@ -100,6 +116,9 @@ class ConicProgram:
     """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks.
 
     ``statement`` makes the same program stated in cvxpy, a :class:`bipot.conic.through_cvxpy.Stated`.
+
+    Raises:
+        SceneError: shapes that do not fit together, two blocks of rows of one term, which names their multipliers.
     """
 
     P: sp.csc_matrix
@@ -107,6 +126,24 @@ class ConicProgram:
     rows: tuple[Rows, ...]
     blocks: Mapping[str, slice]
     statement: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        _require_vector(self.q, "program.q")
+        n = len(self.q)
+        shape = f"of shape {self.P.shape}" if sp.issparse(self.P) else type(self.P).__name__
+        require(shape == f"of shape {(n, n)}", "program.P", shape, f"a sparse matrix of shape {(n, n)}, as program.q")
+        object.__setattr__(self, "rows", require_tuple(self.rows, Rows, "program.rows"))
+        terms = [rows.term for rows in self.rows]
+        require(len(set(terms)) == len(terms), "program.rows", terms, "of a different term each")
+        for rows in self.rows:
+            shape, field = f"of shape {rows.A.shape}", f"program.rows, A of {rows.term}"
+            require(rows.A.shape[1] == n, field, shape, f"of {n} columns, as program.q")
+        require_type(self.blocks, Mapping, "program.blocks")
+        for name, part in self.blocks.items():
+            require_type(part, slice, field := f"program.blocks, {name}")
+            whole = is_whole(part.start) and is_whole(part.stop) and part.step in (None, 1)
+            fits = whole and 0 <= int(part.start) <= int(part.stop) <= n
+            require(fits, field, part, f"a slice of whole numbers from 0 to {n}, as program.q")
 
     def __repr__(self) -> str:
         """One line, without the arrays."""
