@@ -7,8 +7,15 @@ import skfem
 from bipot.fem.elements import Quadrature, Reference, radon7, tabulated, tabulated_line
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.marching import Schedule, march
 from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from studies.verification.cases.seven_points import integral, moment
+from tests.curved import STEEL
 
 
 @pytest.mark.parametrize(("i", "j"), [(i, j) for i in range(6) for j in range(6 - i)])
@@ -69,3 +76,18 @@ def test_line_reproduces_quadratics():
     x = table.points[:, 0]
     np.testing.assert_allclose(table.values @ nodes**2, x**2, atol=1e-15)
     np.testing.assert_allclose(table.gradients[:, :, 0] @ nodes**2, 2 * x, atol=1e-14)
+
+
+@pytest.mark.parametrize(("rule", "least", "most"), [(Quadrature.RADON7, 1e-4, 1.0), (Quadrature.GAUSS3, 0.0, 1e-8)])
+def test_the_first_corner_matters_to_radons_rule_alone(rule, least, most):
+    """A pressed block with every element numbered from its second corner instead of the first."""
+    mesh = block(2.0, 1.0, 2, 2, element=Element.Q8)
+    again = Mesh(mesh.nodes, mesh.elements[:, [1, 2, 3, 0, 5, 6, 7, 4]], mesh.boundaries)
+    press = FlatTool((0.0, 1.0), (0.0, -1.0), (0.02, -0.04), ("top",), 0.2)
+    held = (Support("base", 0), Support("base", 1))
+    force = []
+    for given in (mesh, again):
+        pressed = Scene(given, Geometry.PLANE_STRAIN, STEEL, held, (press,), quadrature=rule)
+        *_, last = march(pressed, Schedule(4, first=0.01))
+        force.append(last.tool_force(0))
+    assert least <= np.abs(force[1] - force[0]).max() / np.abs(force[0]).max() <= most
