@@ -187,7 +187,7 @@ class _Watched:
         """Count a step to ``state``: the outcome and its detail if the run ends there, else None."""
         self.steps += 1
         if np.all(np.isfinite(state.r)):
-            # forces that run away may overflow in the problem's units: they are judged as far from the law
+            # Forces that run away may overflow in the problem's units: they are judged as far from the law.
             with np.errstate(over="ignore"):
                 reached = judge(self.problem, self.scaled.unscale(state.r))
             if reached.residual < self.found.residual:
