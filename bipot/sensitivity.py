@@ -2,7 +2,7 @@ r"""How the results of a march change with parameters of its scene, from that ma
 
 An accepted increment has the unknowns x and the contact forces r. The same increment of a scene with one parameter
 changed by h, from the start that this scene has by then, has x and r for its own but for terms of order h, which one
-step of Newton's method finds to h^2:
+step of Newton's method finds to h^2, and a second one to what its matrix leaves out:
 
     K dx - G' dr = - (rho_h - G_h' r),    law_h at x, r, linearised,
 
@@ -46,6 +46,13 @@ from bipot.typing import Bools, Floats, FrozenMap, Ints, max_abs, read_only
 CHANGE = 1e-6
 """Change h of a parameter, over its size: terms of order h are then as small as what round-off leaves over h."""
 
+LEAST = 1e-200
+"""A change below this, or above its inverse, leaves no room for slopes among floats."""
+
+STEPS, ENOUGH = 12, 1e-6
+"""Most steps to a changed answer, and the part of the first step at which they end: caps of friction and turns that
+moments drive, which the matrix leaves out in part, leave up to a few hundredths of it to the second."""
+
 RESOLVED = 1e-10
 """Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth."""
 
@@ -82,8 +89,9 @@ def sensitivities(
 
     Raises:
         SceneError: at once, a wrong type; no parameter, or one that is no finite number; scenes of other elements,
-            supports, tools or candidates; a material whose stress is not returned; an accuracy, with which the
-            increments themselves change with the parameters. With an increment, a form of penalised contact.
+            supports, tools, candidates or kinds of these; a material whose stress is not returned; an accuracy or
+            landings that are located, with which the increments themselves change with the parameters. With an
+            increment, a form of penalised contact.
         IncrementFailed: as of :func:`~bipot.marching.march`.
         ProgramError: nothing determines how the answer changes, as of a body that is held by nothing.
         InvertedElement: an element of a changed scene is inverted.
@@ -93,7 +101,9 @@ def sensitivities(
     require_type(control, Control, "control")
     allowed = "None: lengths by an accuracy change with the parameters"
     require(schedule.accuracy is None, "schedule.accuracy", schedule.accuracy, allowed)
-    changes = _changes(at, sizes)
+    allowed = "None: with the parameters landings come at other times, where the increments end"
+    require(control.locate is None, "control.locate", control.locate, allowed)
+    at, changes = _changed(at, sizes)
     system = _system(scene_of, at, "scene_of(**at)")
     material, allowed = system.body.scene.material, "one whose stress is returned to the yield surface"
     require(not material.drifts, "material", material, allowed)
@@ -105,17 +115,23 @@ def sensitivities(
     return _slopes(march_of, _Beside.of(system), {name: _Beside.of(other) for name, other in others.items()}, changes)
 
 
-def _changes(at: Mapping[str, float], sizes: Mapping[str, float]) -> dict[str, float]:
-    """How much the parameters ``at`` which to march are changed, by name."""
-    require(isinstance(at, Mapping) and bool(at), "at", at, "one parameter or more, by name")
+def _changed(at: Mapping[str, float], sizes: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """The parameters ``at`` which to march, and how much they are changed, by name."""
+    named = isinstance(at, Mapping) and bool(at) and all(isinstance(name, str) for name in at)
+    require(named, "at", at, "one parameter or more, by name")
     require(isinstance(sizes, Mapping) and set(sizes) <= set(at), "sizes", sizes, f"of some of {[*at]}, by name")
+    changes: dict[str, float] = {}
     for name, value in at.items():
         require_number(value, f"at[{name!r}]")
-        require(bool(np.isfinite(value)), f"at[{name!r}]", value, "finite")
+        require(abs(value) < np.inf, f"at[{name!r}]", value, "finite")
         size = sizes.get(name, value)
         require_number(size, f"sizes[{name!r}]")
         require(0 < abs(size) < np.inf, f"sizes[{name!r}]", size, "finite, and not zero as the parameter is")
-    return {name: CHANGE * abs(sizes.get(name, value)) for name, value in at.items()}
+        # The difference of the two numbers that scenes are made of, which round-off of their sum changes.
+        changes[name] = float(value) + CHANGE * abs(float(size)) - float(value)
+        allowed = f"such that {CHANGE:g} of it is a change of {value} and within {LEAST:g} and {1 / LEAST:g}"
+        require(LEAST <= changes[name] <= 1 / LEAST, f"sizes[{name!r}]", size, allowed)
+    return {name: float(value) for name, value in at.items()}, changes
 
 
 def _system(scene_of: Callable[..., Scene], at: Mapping[str, float], said: str, like: System | None = None) -> System:
@@ -126,13 +142,23 @@ def _system(scene_of: Callable[..., Scene], at: Mapping[str, float], said: str, 
     if like is not None:
         allowed = "of the same elements, supports, tools and candidates, with friction at the same of them"
         require(all(map(np.array_equal, _numbering(system), _numbering(like))), said, "a scene", allowed)
+        allowed = "of the same geometry, configuration, quadrature, volume change and kinds of material and tools"
+        require(_kinds(scene) == _kinds(like.body.scene), said, "a scene", allowed)
     return system
 
 
 def _numbering(system: System) -> tuple[Ints | Bools, ...]:
     """What must be alike for unknowns and contacts to be the same."""
-    contacts = system.candidates
-    return system.body.scene.mesh.elements, system.body.space.free, contacts.node, contacts.tool, contacts.mu > 0
+    contacts, space = system.candidates, system.body.space
+    law = contacts.mu > 0, np.isinf(contacts.mu), np.isinf(contacts.shear)
+    return system.body.scene.mesh.elements, space.position, space.free, contacts.node, contacts.tool, *law
+
+
+def _kinds(scene: Scene) -> tuple[object, ...]:
+    """What must be equal for the body's response and the tools' rows to be the same functions."""
+    tools = tuple((tool.flat, type(tool.face), tool.sampling, tool.driven_by is None) for tool in scene.tools)
+    body = scene.mesh.element, scene.geometry, scene.configuration, scene.rule, scene.volume_change
+    return *body, type(scene.material), tools
 
 
 class _Tangent(NamedTuple):
@@ -186,19 +212,21 @@ class _Beside:
         return _Beside(system, system.rest())
 
     def follow(self, tangent: _Tangent) -> None:
-        """Make the increment, by one step of Newton's method from the accepted answer."""
+        """Make the increment, by steps of Newton's method from the accepted answer, with its matrix."""
         start, body = self.state, self.system.body
         begun = start if start.flow is None else body.carried_on(start, start.flow.times(tangent.fraction))
         increment = Increment(self.system, begun, tangent.tau, accepted=start)
-        iterate, law, r = increment.at(tangent.x), tangent.law, tangent.r
-        point = law.point(iterate, r, tangent.here.pieces)
-        frames = law.frames.turned(iterate.rows)
-        step = replace(tangent.linearised, frames=frames, pieces=point.pieces)
-        dx, new = step.step(iterate.residual, point.miss, r)
-        end, forces = increment.at(tangent.x + dx), np.where(point.pieces.none, 0.0, new)
-        forces = point.pieces.at_caps(forces)
-        self.tool_forces = end.tool_forces(forces)
-        self.smooth = _same(point.pieces, tangent.here.pieces)
+        end, forces, smooth, moves = increment.at(tangent.x), tangent.r, True, list[float]()
+        # Until steps are small, or no longer fall: what is left is round-off.
+        while len(moves) < 2 or (len(moves) < STEPS and ENOUGH * moves[0] < moves[-1] < moves[-2] / 2):
+            point = tangent.law.point(end, forces, tangent.here.pieces)
+            frames = tangent.law.frames.turned(end.rows)
+            step = replace(tangent.linearised, frames=frames, pieces=point.pieces)
+            dx, new = step.step(end.residual, point.miss, forces)
+            end, forces = increment.at(end.x + dx), point.pieces.at_caps(np.where(point.pieces.none, 0.0, new))
+            smooth = smooth and _same(point.pieces, tangent.here.pieces)
+            moves.append(max_abs(dx))
+        self.tool_forces, self.smooth = end.tool_forces(forces), smooth
         self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from bipot import (
     Circle,
+    Configuration,
     Control,
     Elasticity,
     Element,
@@ -14,6 +15,8 @@ from bipot import (
     Force,
     Geometry,
     Integration,
+    Locate,
+    Moment,
     Newton,
     Penalty,
     Perfect,
@@ -96,6 +99,17 @@ def twisted(mu=0.3, angle=0.4, depth=0.4):
     return Scene(mesh, Geometry.SOLID, metal(), supports, (lid,))
 
 
+def capped(shear=0.3, strength=600.0):
+    """Friction of which the yield stress, and the areas of contact, change with the answer."""
+    return punched(FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -1.0), ("top",), mu=0.4, shear=shear), strength)
+
+
+def driven_round(moment=2000.0, depth=0.3):
+    turn = Turn(0.0, (0.0, 0.0, 3.0), driven_by=Moment(moment), axis=(0.0, 0.0, 1.0))
+    lid = twisted(depth=depth).tools[0]
+    return replace(twisted(), tools=(replace(lid, turn=turn),))
+
+
 def fields(accepted):
     return {
         "tool_forces": accepted.tool_forces,
@@ -120,6 +134,8 @@ def differences(scene_of, at, name, schedule, control, change=1e-4):
         (slid, {"mu": 0.3, "pressure": 100.0}, 4, 0.02),
         (in_space, {"mu": 0.2, "strength": 600.0, "width": 6.0}, 4, 0.02),
         (twisted, {"mu": 0.3, "angle": 0.4}, 2, 0.1),
+        (capped, {"shear": 0.3, "strength": 600.0}, 4, 0.02),
+        (driven_round, {"moment": 2000.0, "depth": 0.3}, 2, 0.1),
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
@@ -211,6 +227,10 @@ def test_a_contact_that_only_touches_is_between_two_pieces(travel, smooth, away)
     assert found["way"].smooth is smooth
 
 
+def small(scene, change):
+    return replace(scene, configuration=Configuration.SMALL) if change else scene
+
+
 @pytest.mark.parametrize(
     ("changed", "said"),
     [
@@ -226,6 +246,12 @@ def test_a_contact_that_only_touches_is_between_two_pieces(travel, smooth, away)
         ({"control": Control(Penalty(1.0, 1.0))}, "control.form = 'penalty'"),
         ({"scene_of": lambda mu: replace(upset(mu), material=RateVonMises(STEEL, Perfect(300.0)))}, "material = "),
         ({"scene_of": lambda mu: upset(mu) if mu == 0.1 else weighted(mu)}, "scene_of, mu changed"),
+        ({"control": Control(Newton(), locate=Locate())}, "control.locate = "),
+        ({"at": {1: 0.1}}, "at = {1: 0.1}"),
+        ({"sizes": {"mu": 1e-12}}, "sizes['mu'] = 1e-12: must be such that 1e-06 of it is a change of 0.1"),
+        ({"at": {"mu": 1e-320}}, "sizes['mu'] = 1e-320"),
+        ({"scene_of": lambda mu: small(upset(mu), mu > 0.1)}, "of the same geometry, configuration, quadrature"),
+        ({"scene_of": lambda mu: upset(mu if mu == 0.1 else np.inf)}, "with friction at the same of them"),
         ({"at": {"mu": 0.0}}, "sizes['mu'] = 0.0: must be finite, and not zero"),
         ({"at": {"mu": 0.0}, "sizes": {"mu": 0.1}}, "with friction at the same of them"),
         ({"sizes": {"nu": 0.1}}, "sizes = {'nu': 0.1}: must be of some of ['mu']"),

@@ -1,0 +1,65 @@
+"""Slopes by parameters: of loose answers, and by parameters of any kind of number."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Bounds,
+    Control,
+    Elasticity,
+    FlatTool,
+    Geometry,
+    Integration,
+    Limits,
+    Newton,
+    Scene,
+    Schedule,
+    Support,
+    Swift,
+    Symmetry,
+    VonMises,
+    cylinder,
+    sensitivities,
+)
+
+EULER = Control(Newton(), integration=Integration.BACKWARD_EULER)
+
+
+def upset(mu=0.1, strength=600.0, travel=-1.0):
+    lid = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, travel), ("top", "side"), mu=mu)
+    metal = VonMises(Elasticity(210e3, 0.3), Swift(strength, 0.002, 0.2))
+    supports = Support("axis", 0), Symmetry("base", 1)
+    return Scene(cylinder(5.0, 5.0, 4, 4), Geometry.AXISYMMETRIC, metal, supports, (lid,))
+
+
+def test_with_loose_bounds_they_are_those_of_exact_answers():
+    at, schedule = {"mu": 0.1, "strength": 600.0}, Schedule(4, 0.02)
+    bounds = Bounds(equilibrium=1e-3, law=1e-3, penetration=1e-4, cone_violation=1e-3, relative_gap=1e-3)
+    loose = replace(EULER, limits=Limits(bounds))
+    (*_, (_, found)), (*_, (_, exact)) = (sensitivities(upset, at, schedule, control) for control in (loose, EULER))
+    for name in at:
+        expected = exact[name].tool_forces
+        np.testing.assert_allclose(found[name].tool_forces, expected, atol=1e-6 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("value", [np.float32(600.0), Fraction(600), 600])
+def test_a_parameter_is_any_real_number(value):
+    """It is changed in double precision, which is finer than a single one's."""
+    ((_, found),), ((_, expected),) = (
+        sensitivities(lambda strength: upset(strength=strength), {"strength": strength}, Schedule(1), EULER)
+        for strength in (value, 600.0)
+    )
+    assert (found["strength"].nodes == expected["strength"].nodes).all()
+
+
+def test_a_parameter_may_be_much_larger_than_the_size_at_which_it_matters():
+    """A lid whose height is counted from 10^6 below: h is what remains of it in the sum."""
+    beyond, sizes = 1e6, {"depth": 1.0}
+    ((_, far),) = sensitivities(
+        lambda depth: upset(travel=beyond - depth), {"depth": beyond + 1}, Schedule(1), EULER, sizes
+    )
+    ((_, near),) = sensitivities(lambda depth: upset(travel=-depth), {"depth": 1.0}, Schedule(1), EULER, sizes)
+    np.testing.assert_allclose(far["depth"].tool_forces, near["depth"].tool_forces, rtol=1e-7)
