@@ -63,7 +63,8 @@ class Slope:
 
     These are ``nodes`` (a, d), ``stress`` (e, q, s) and ``peeq`` (e, q). ``smooth`` says that all contacts stay on
     their pieces of the law as the parameter grows: touching or not, stuck or sliding; ``resolved`` that round-off is
-    not more than a thousandth of the largest slope: the parameter matters by then. Arrays are read-only.
+    not more than a thousandth of the largest slope of forces, or of that of nodes: the parameter matters by then.
+    Arrays are read-only.
     """
 
     tool_forces: Floats
