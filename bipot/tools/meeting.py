@@ -48,7 +48,7 @@ class Meeting:
 
     In space the frames turn about their normals by ``spun`` (w, 3) times the change of the normals, and gap and slip
     change by ``measured`` (c, 3, 3) times the change along the frames, in the mean over the parts; in a plane both are
-    None.
+    None. Left out is how slips turn with a tool that a moment turns, by a part of the tool's turn in the increment.
     """
 
     motion: Floats
