@@ -112,8 +112,8 @@ def sensitivities(
         name: _system(scene_of, {**at, name: at[name] + h}, f"scene_of, {name} changed", system)
         for name, h in changes.items()
     }
-    march_of = march(system.body.scene, schedule, control)
-    return _slopes(march_of, _Beside.of(system), {name: _Beside.of(other) for name, other in others.items()}, changes)
+    same, beside = _Beside.of(system), {name: _Beside.of(other) for name, other in others.items()}
+    return _slopes(march(system.body.scene, schedule, control), same, beside, changes)
 
 
 def _changed(at: Mapping[str, float], sizes: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
@@ -251,10 +251,8 @@ def _slopes(
 
 def _slope(same: _Beside, other: _Beside, h: float) -> Slope:
     """The slope by a parameter that is changed by ``h`` in the ``other`` scene."""
-    (force, now), (changed, then), size = (
-        *((b.tool_forces, b.state) for b in (same, other)),
-        same.system.body.scene.size,
-    )
+    (force, now), (changed, then) = ((beside.tool_forces, beside.state) for beside in (same, other))
+    size = same.system.body.scene.size
     resolved = max_abs(changed - force) > RESOLVED * max_abs(force) or max_abs(then.nodes - now.nodes) > RESOLVED * size
     return Slope(
         tool_forces=read_only((changed - force) / h, np.float64),
