@@ -21,6 +21,7 @@ from bipot.fem.strain import Scratch
 from bipot.load_change import LoadChange
 from bipot.past import Past, past_of
 from bipot.programs.data import ContactRows, Units
+from bipot.programs.pieces import Measured
 from bipot.response import Response, State, TangentKind
 from bipot.scene.paces import Paces
 from bipot.system import System
@@ -202,9 +203,10 @@ class Iterate:
         return self.meeting.frames if contacts.curved else contacts.frames
 
     @property
-    def measured(self) -> Floats | None:
-        """The change (c, d, d) of :attr:`motion` by a unit change according to :attr:`rows`; None if they are equal."""
-        return self.meeting.measured if self.increment.system.candidates.curved else None
+    def measured(self) -> Measured | None:
+        """How :attr:`motion` changes; None if as :attr:`rows` say."""
+        contacts = self.increment.system.candidates
+        return contacts.pairs.measured(contacts.space, contacts.faces, self.meeting) if contacts.curved else None
 
     @cached_property
     def motion(self) -> Floats:

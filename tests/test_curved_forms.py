@@ -29,6 +29,7 @@ from bipot.tools.poses import Turn
 from bipot.tools.profiles import flat_punch
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, ShapedTool
+from bipot.typing import times
 from tests.curved import TIGHT, apart, dragged, forces, marched, pressed
 from tests.scenes import PLANES, named
 
@@ -69,7 +70,7 @@ def check_derivatives(increment, x, r, rng, turning=True):
         v = rng.uniform(-1, 1, len(x))
         expected = rows.motion(x + v) - rows.motion(x)
         if here.measured is not None:
-            expected = (here.measured @ expected[..., None])[..., 0]
+            expected = times(here.measured.rows, expected)
         np.testing.assert_allclose(derivative(motion, x, v), expected, atol=1e-9)
         np.testing.assert_allclose(derivative(unbalanced, x, v), K @ v, atol=1e-9 * np.abs(K @ v).max())
         assert (np.abs((K - straight) @ v).max() > 1e-5 * np.abs(K @ v).max()) == turning

@@ -28,6 +28,7 @@ from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.revolved import roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import Sampling, ShapedTool
+from bipot.typing import times
 from tests.courses import stored
 from tests.curved import apart, check_differences, forces
 from tests.recording import COLUMNS, arrays
@@ -70,6 +71,19 @@ def test_the_tangent_is_that_of_differences(name, weighted):
     r = 1e3 * rng.normal(size=(len(system.candidates.node), 3))
     r[~system.candidates.tangent_free, 1:] = 0.0
     check_differences(increment, x, r)
+    if not weighted:
+        check_slips(increment, x)
+
+
+def check_slips(increment, x):
+    """Slips change by the tool's turn, the last of the unknowns x (n,), as Newton's matrix has it."""
+    here, h, way = increment.at(x), 1e-6, np.zeros(len(x))
+    way[-1] = 1.0
+    found = (increment.at(x + h * way).motion - increment.at(x - h * way).motion) / (2 * h)
+    as_rows = times(here.measured.rows, here.rows.motion(x + way) - here.rows.motion(x))
+    assert (here.measured.turn == len(x) - 1).all()
+    np.testing.assert_allclose(as_rows + here.measured.turned, found, atol=1e-8 * np.abs(found).max())
+    assert np.abs(as_rows - found).max() > 1e-3 * np.abs(found).max()
 
 
 def slab(moment, element=Element.H8, **tool) -> Scene:

@@ -95,7 +95,7 @@ def test_rows_motions_and_newtons_tangent_are_derivatives(name, turn):
     check_derivatives(increment, x, r, rng, turning=name != "plane")
     assert contacts.curved
     # What rows leave out is of second order: the angle that normals turn by in the increment. Cylinders have none.
-    assert np.abs(here.measured - np.eye(3)).max() < 0.2
+    assert np.abs(here.measured.rows - np.eye(3)).max() < 0.2
 
 
 def pushed_by_a_force():

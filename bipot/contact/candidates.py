@@ -190,10 +190,11 @@ class Candidates:
 
         They are to be subtracted; in the order of the space they come after the entries of elements.
         """
-        return self._pairs.matrices(self.tool[self.parts.owner], self.met.nodes, meeting, self.parts.spread(r)).ravel()
+        return self.pairs.matrices(self.tool[self.parts.owner], self.met.nodes, meeting, self.parts.spread(r)).ravel()
 
     @cached_property
-    def _pairs(self) -> Pairs:
+    def pairs(self) -> Pairs:
+        """Nodes with the curved tools that forces or moments drive."""
         return pairs_of(self.scene)
 
     def driven_sums(self, values: Floats) -> Floats:

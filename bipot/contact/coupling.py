@@ -22,8 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.fem.assembly import Space
+from bipot.programs.pieces import Measured
 from bipot.scene.scene import Scene
-from bipot.tools.meeting import Meeting
+from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.poses import angles_of, crossed
 from bipot.typing import Floats, Ints, einsum
 
@@ -75,6 +77,21 @@ class Pairs:
         block[:, d:, d:] -= einsum("cbi,cai->cab", turned, w)
         np.add.at(out, at, block)
         return out
+
+    def measured(self, space: Space, faces: Faces, meeting: Meeting) -> Measured | None:
+        """How motions of candidates, whose parts meet the ``faces``, change in space; None in a plane, as rows say.
+
+        Beside what the relative motion of node and tool changes, slips turn with the tool by the rate of the module's
+        docstring.
+        """
+        if meeting.measured is None:
+            return None
+        drives, turn, spin = self.scene.drives, np.full(len(meeting.motion), -1), np.zeros_like(meeting.by)
+        for number in np.flatnonzero(drives.spins).tolist():
+            mine = faces.owned[drives.tool[number]]
+            turn[faces.parts.owner[mine]], spin[mine] = len(space.free) + number, angles_of(drives.ways[number])
+        turned = meeting.by_turn(faces.parts, spin) if spin.any() else np.zeros_like(meeting.motion)
+        return Measured(meeting.measured, turn, turned)
 
     def _along(self, pair: Ints, vectors: Floats) -> Floats:
         """Vectors (m, 2, d) of each ``pair`` (m,) by the unknowns of its node: components along the node's axes."""

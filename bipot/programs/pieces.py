@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -20,10 +20,21 @@ from bipot.laws.coulomb import limit_slope
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints, times
 
 ALIKE = 1e-9
 """Angle between directions of slip that are the same."""
+
+
+class Measured(NamedTuple):
+    """How motions change at curved tools in space: by ``rows`` (c, d, d) times the change G dU of the rows.
+
+    Beside this they change by ``turned`` (c, d) per unit of the unknowns ``turn`` (c,), turns of tools; -1 for none.
+    """
+
+    rows: Floats
+    turn: Ints
+    turned: Floats
 
 
 @dataclass(frozen=True)
@@ -32,7 +43,7 @@ class Pieces:
 
     The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold or a cap in the place of the
     former. ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0. Motions
-    change by ``measured`` (c, d, d) times the change G dU of the rows; None stands for the identity.
+    change as ``measured``; None stands for the change G dU of the rows.
     """
 
     closed: Bools
@@ -40,7 +51,7 @@ class Pieces:
     mu: Floats
     fixed: Floats
     scale: Floats
-    measured: Floats | None = None
+    measured: Measured | None = None
 
     @staticmethod
     def of(
@@ -125,10 +136,21 @@ class Pieces:
     @cached_property
     def by_motion(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to the motion G dU of the rows."""
+        return self._by_motion if self.measured is None else self._by_motion @ self.measured.rows
+
+    @property
+    def by_turn(self) -> tuple[Ints, Floats] | None:
+        """Derivative (c, d) beside this with respect to unknowns (c,), -1 for none; None if there are none at all."""
+        if self.measured is None or (self.measured.turn < 0).all():
+            return None
+        return self.measured.turn, times(self._by_motion, self.measured.turned)
+
+    @property
+    def _by_motion(self) -> Floats:
         out = self._zeros()
         out[:, 0, 0] = self.scale * self.closed
         out[:, 1:, 1:] = self.scale[:, None, None] * self.disc.by_point
-        return out if self.measured is None else out @ self.measured
+        return out
 
     @cached_property
     def by_force(self) -> Floats:
@@ -166,6 +188,7 @@ class Mapped:
     by_force: Floats
     scale: Floats
     none: Bools
+    by_turn: ClassVar[None] = None
 
     @staticmethod
     def shifted_cone(rows: ContactRows, motion: Floats, r: Floats, scale: Floats, shift: Floats) -> Mapped:

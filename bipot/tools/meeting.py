@@ -48,7 +48,7 @@ class Meeting:
 
     In space the frames turn about their normals by ``spun`` (w, 3) times the change of the normals, and gap and slip
     change by ``measured`` (c, 3, 3) times the change along the frames, in the mean over the parts; in a plane both are
-    None. Left out is how slips turn with a tool that a moment turns, by a part of the tool's turn in the increment.
+    None. Left out is how the motion in the air, before which there is no slip, changes with a tool that a force drives.
     """
 
     motion: Floats
@@ -77,14 +77,26 @@ class Meeting:
         """
         if self.spun is None:
             return np.zeros((*spin.shape[:2], 2))
-        normal, spun = self.frames[mine, None, 0], self.spun[mine, None]
-        rate = np.vecdot(spin, normal) - np.vecdot(spun, np.cross(spin, normal))
+        rate = _lag(spin, self.frames[mine, None, 0], self.spun[mine, None])
         return rate[..., None] * self._twisted(r)[mine, None]
+
+    def by_turn(self, parts: Parts, spin: Floats) -> Floats:
+        """The change (c, 3) of motions, beside that of rows, as slips turn by ``spin`` (w, 3) with tools in space."""
+        assert self.spun is not None
+        rate = parts.averaged(_lag(spin, self.frames[:, 0], self.spun))
+        out = np.zeros_like(self.motion)
+        out[:, 1:] = rate[:, None] * self.motion[:, :0:-1] * (-1.0, 1.0)
+        return out
 
     def _twisted(self, r: Floats) -> Floats:
         """How the vectors of forces r (w, 3) change (w, 3) as frames turn about their normals."""
         along = self.frames[:, 1:]
         return r[:, 1, None] * along[:, 1] - r[:, 2, None] * along[:, 0]
+
+
+def _lag(spin: Floats, normal: Floats, spun: Floats) -> Floats:
+    """How far (…) what turns by ``spin`` (…, 3) with a tool turns against the frames, about the ``normal`` (…, 3)."""
+    return np.vecdot(spin, normal) - np.vecdot(spun, np.cross(spin, normal))
 
 
 @dataclass(frozen=True)
