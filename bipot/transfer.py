@@ -42,6 +42,10 @@ NEAREST = 20
 OUTSIDE, FLAT = 6.0, 1e-6
 """Largest distance from the middle of these points, over their standard deviations, and the least ratio of these."""
 
+APART = 1e-12
+"""Of points as near to a place as each other, a shift of the place by this part of the body's extent, along no axis of
+a mesh, tells which are the nearest: otherwise round-off does, which differs with the numbers of nodes."""
+
 DRAWN = 0.01
 """Differences of volume, over the volume, and of extents, over the size, from which on it is another body."""
 
@@ -187,7 +191,7 @@ def _interpolated(x: Floats, values: Floats, y: Floats) -> Floats:
     require(bool(np.isfinite(_outside(x[None], x[:1])).all()), "scene.mesh", f"with {len(x)} points", allowed)
     # Kernels of distances far below one are lost beside linear functions; those of distances far above are not.
     unit = float(cKDTree(x).query(x, 2)[0][:, 1].min())
-    x, asked = x / unit, asked / unit
+    x, asked = x / unit, (asked + APART * np.ptp(x, axis=0).max() * np.sqrt((2.0, 3.0, 5.0))[: x.shape[1]]) / unit
     tree = cKDTree(x)
     while left.size:
         nearest = tree.query(asked[left], near)[1].reshape(len(left), near)

@@ -50,6 +50,20 @@ def test_curved_fields_are_the_same_in_any_unit_of_length(unit):
     np.testing.assert_allclose(found, _interpolated(x, field, y), atol=1e-12)
 
 
+@pytest.mark.parametrize("mesh", [block(1.0, 1.0, 8, 8), brick(1.0, 1.0, 1.0, 6, 6, 6)], ids=["plane", "space"])
+def test_numbers_of_points_do_not_matter_even_where_many_are_as_near(mesh):
+    """As at the middle of the elements of a grid; places of other numbers have another round-off."""
+    x = points(mesh)
+    y, d = mesh.nodes[mesh.elements].mean(axis=1, keepdims=True), x.shape[-1]
+    rng, field = np.random.default_rng(2), np.sin(3 * x.sum(axis=-1, keepdims=True))
+    found = _interpolated(x, field, y)
+    for _ in range(2):
+        other = rng.permutation(x.size // d)
+        shaken = x.reshape(-1, d) * (1 + 1e-15 * rng.uniform(-1, 1, (x.size // d, d)))
+        again = _interpolated(shaken[other][None], field.reshape(-1, 1)[other][None], y)
+        np.testing.assert_allclose(again, found, atol=1e-11)
+
+
 @pytest.mark.parametrize(
     "mesh", [block(1.0, 1.0, 1, 1, element=Element.T3), brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T4)]
 )
