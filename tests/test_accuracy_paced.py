@@ -74,7 +74,11 @@ def test_the_fast_study_writes_what_its_marches_come_to(tmp_path):
     assert (found.uniform_error, found.uniform_passes) == (equal.error, equal.passes)
     assert found.uniform_error <= found.true_error
     assert found.ratio == own.passes / equal.passes
-    assert np.isnan([none.uniform_error, none.uniform_increments, none.uniform_passes, none.ratio]).all()
+    beside = [run(scene, Schedule(n)).passes for n in range(4, 9) if abs(n - found.uniform_increments) <= 2]
+    assert found.near_passes == np.mean(beside)
+    assert np.isnan(
+        [none.near_passes, none.uniform_error, none.uniform_increments, none.uniform_passes, none.ratio]
+    ).all()
 
 
 def test_the_kept_rows_are_all_that_the_plan_asks_for():

@@ -163,8 +163,8 @@ class Border:
         # A compliance where the law does not depend on the force.
         by_force = (by_force + YIELDING * np.eye(by_force.shape[1]) * (by_force == 0)) * unit[:, None, None]
         acting, moved = -unit[self.number, None] * G, times(by_motion[self.number], G)
-        if law.by_turn is not None:
-            turn, slope = law.by_turn
+        if (by_turn := law.by_turn) is not None:
+            turn, slope = by_turn
             turns = self.touched.dof == turn[self.touched.contact]
             moved[turns] += slope[self.touched.contact[turns]]
         entries = np.concatenate([data, acting.ravel(), moved.ravel(), by_force.ravel()])

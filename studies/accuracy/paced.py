@@ -9,7 +9,8 @@ at the end of increment k, and F*_k that of a march with each of these increment
 
 increments left out in which a node touches for the first time in either, and those between. The columns ``uniform_...``
 are of the march of fewest passes among those in :data:`FEWEST` equal increments and more whose true error is no larger
-than that, nan where none is found. ``ratio`` is passes over ``uniform_passes``.
+than that, nan where none is found. ``ratio`` is passes over ``uniform_passes``. How many passes equal increments take
+goes up and down with their number: ``near_passes`` is the mean of those of up to :data:`NEAR` increments more or fewer.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ NAME = "paced"
 CONTROL = Control(Newton(), (Tangent(), Dissipation()))
 FEWEST, FINER = 4, 8
 """Equal increments at least, of fewer hardly one is without a landing; parts of an increment in the finer march."""
+
+NEAR = 2
 
 Key = tuple[str, float]
 
@@ -69,6 +72,7 @@ class Row:
     uniform_increments: float
     uniform_passes: float
     ratio: float
+    near_passes: float
 
 
 def key(row: Row) -> Key:
@@ -138,8 +142,13 @@ def rows(name: str, accuracies: Sequence[float], most: int) -> Iterator[Row]:
     for accuracy in accuracies:
         own = run(scene, Schedule(accuracy=accuracy))
         best = cheapest(uniform, own.error, most)
-        error, count, passes = (best.error, float(len(best.taus)), float(best.passes)) if best else (math.nan,) * 3
-        yield Row(name, accuracy, own.error, len(own.taus), own.passes, error, count, passes, own.passes / passes)
+        error, passes, near, count = (math.nan,) * 4
+        if best:
+            error, passes, count = best.error, float(best.passes), len(best.taus)
+            beside = range(max(count - NEAR, FEWEST), min(count + NEAR, most) + 1)
+            near = float(np.mean([uniform(increments).passes for increments in beside]))
+        ratio = own.passes / passes
+        yield Row(name, accuracy, own.error, len(own.taus), own.passes, error, float(count), passes, ratio, near)
 
 
 @command
