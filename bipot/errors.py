@@ -98,11 +98,14 @@ class NotConverged(BipotError):
 
 
 class Refused(NotConverged):
-    """An increment is inadmissible although its equations are solved; ``advice`` is a sentence on what to change."""
+    """An increment is inadmissible although its equations are solved; ``advice`` is a sentence on what to change.
 
-    def __init__(self, message: str, advice: str) -> None:
+    One that goes ``too_far`` may do so because its load is not carried.
+    """
+
+    def __init__(self, message: str, advice: str, *, too_far: bool = False) -> None:
         super().__init__(message)
-        self.advice = advice
+        self.advice, self.too_far = advice, too_far
 
 
 class IncrementFailed(BipotError):

@@ -79,7 +79,8 @@ def _refuse_strained(iterate: Iterate) -> None:
     if strain.max() > MOST_STRAINED:
         element = int(np.unravel_index(np.argmax(strain), strain.shape)[0])
         said = f"element {element} is strained by {strain.max():.3g} in one increment"
-        raise Refused(said, f"Use more increments: an element is strained by no more than {MOST_STRAINED:g} in one.")
+        advice = f"Use more increments: an element is strained by no more than {MOST_STRAINED:g} in one."
+        raise Refused(said, advice, too_far=True)
 
 
 def _refuse_spun(iterate: Iterate) -> None:
@@ -91,7 +92,7 @@ def _refuse_spun(iterate: Iterate) -> None:
         advice = (
             f"Use more increments, a tool turns by no more than {MOST_TURNED:.3g} in one, or a moment that is held."
         )
-        raise Refused(said, advice)
+        raise Refused(said, advice, too_far=True)
 
 
 def _refuse_crossed(iterate: Iterate) -> None:
@@ -100,7 +101,8 @@ def _refuse_crossed(iterate: Iterate) -> None:
     crossed = np.flatnonzero(contacts.faces.crossed(iterate.meeting))
     if len(crossed):
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
-        raise Refused(f"tools[{tool}] goes through node {node}", "Use more increments: they are too long for the tool.")
+        advice = "Use more increments: they are too long for the tool."
+        raise Refused(f"tools[{tool}] goes through node {node}", advice, too_far=True)
 
 
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:

@@ -45,7 +45,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
 
     The load at the increment's end is examined, and that at the pseudo-time ``ahead``, not before the end.
     """
-    system, state, tau = increment.system, increment.start, increment.tau
+    system, state = increment.system, increment.start
     failed = _failed(increment, _decisive(attempt))
     found = diagnosis(increment)
     if found:
@@ -62,12 +62,10 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         more = corner
     elif isinstance(attempt.last, UnsuitedForm):
         more = "Take another form, or give it fallbacks."
+    elif isinstance(attempt.last, Refused) and not attempt.last.too_far:
+        more = attempt.last.advice
     elif system.loading.loads or system.body.scene.drives:
-        top = pace.maximum(increment)
-        most = "may be next to, or past, its maximum"
-        if top is not None and top - state.tau < NEXT * (tau - state.tau):
-            most = f"passes its maximum at about tau = {max(top, state.tau):.6g}"
-        more = f"Drive the body by displacements, or use more increments: the load {most}."
+        more = _loaded(increment, attempt, pace)
     elif isinstance(attempt.last, Refused):
         more = attempt.last.advice
     elif isinstance(attempt.last, InvertedElement):
@@ -88,6 +86,21 @@ def broken(increment: Increment, error: BrokenSolver) -> IncrementFailed:
 
 def _failed(increment: Increment, why: object) -> str:
     return f"increment from tau = {increment.start.tau:.6g} to {increment.tau:.6g} failed ({why}). "
+
+
+def _loaded(increment: Increment, attempt: Attempt, pace: Pace) -> str:
+    """The advice where there are loads, which may not be the cause where paths move tools or supports."""
+    scene, start, tau = increment.system.body.scene, increment.start.tau, increment.tau
+    top, cause = pace.maximum(increment), attempt.last
+    if top is not None and top - start < NEXT * (tau - start):
+        at = f"passes its maximum at about tau = {max(top, start):.6g}"
+        return f"Drive the body by displacements, or use more increments: the load {at}."
+    if increment.reach > 0 or (scene.driven(tau) != scene.driven(start)).any():
+        if isinstance(cause, Refused):
+            return cause.advice
+        if isinstance(cause, InvertedElement):
+            return "Remesh there, or load the body less: the load may be next to, or past, its maximum."
+    return "Drive the body by displacements, or use more increments: the load may be next to, or past, its maximum."
 
 
 def _crushed(increment: Increment) -> str | None:
