@@ -30,7 +30,7 @@ LAYERS = (
     ("exchange", "marching", "results"),
     ("paper", "plot", "sensitivity", "transfer"),
     ("command",),
-    ("bipot",),
+    ("__main__", "bipot"),
     ("studies",),
     ("benchmarks", "paper_figs"),
     ("tests",),

@@ -1,5 +1,7 @@
 """The commands that summarise a run and draw pictures of it, and how they end."""
 
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -130,6 +132,12 @@ def test_what_is_not_installed_is_said(recorded, tmp_path, monkeypatch, capsys, 
 def test_the_console_entry_point_is_the_command():
     told = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
     assert told["project"]["scripts"] == {"bipot": f"{main.__module__}:{main.__name__}"}
+
+
+def test_the_package_is_the_command_too():
+    run = subprocess.run([sys.executable, "-m", "bipot", "info", "none"], capture_output=True, text=True)
+    assert run.returncode == 2
+    assert "none: no results" in run.stderr
 
 
 def test_info_tells_names_and_values_of_several_lines_in_one(tmp_path, capsys):
