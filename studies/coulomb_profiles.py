@@ -142,7 +142,11 @@ def parser() -> argparse.ArgumentParser:
 
 
 def problems(folders: Iterable[Path], fast: bool) -> list[Path]:
-    """The files of the folders; the table calls them by their names, which must differ."""
+    """The files of the folders, of names that differ, as the table has them; only default folders may be missing."""
+    folders = list(folders)
+    for folder in folders:
+        if not (folder.is_dir() or folder in DEFAULT_FOLDERS):
+            raise ResultsError(f"{folder}: no folder of FCLIB files")
     paths = [path for folder in folders for path in sorted(folder.glob("*.hdf5"))]
     kept = [path for path in dict.fromkeys(paths) if not fast or path.stat().st_size < SMALL]
     named = dict[str, Path]()

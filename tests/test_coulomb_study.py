@@ -88,3 +88,10 @@ def test_the_command_is_called_as_it_is_run(capsys):
 def test_an_empty_folder_is_said_and_skipped(tmp_path, capsys):
     assert study.main(["--problems", str(tmp_path), "--out", str(tmp_path)]) == 0
     assert "no .hdf5 files" in capsys.readouterr().out
+
+
+def test_what_is_no_folder_is_refused(tmp_path, capsys):
+    """A folder of another name, or a single file, was said to hold nothing, with exit code 0."""
+    for given in (tmp_path / "none", GENERATED / "cards_mu0p4-00030-nc53.hdf5"):
+        assert study.main(["--problems", str(given), "--out", str(tmp_path)]) == 2
+        assert f"{given}: no folder of FCLIB files" in capsys.readouterr().err
