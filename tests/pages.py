@@ -22,7 +22,7 @@ DOCS = ROOT / "docs"
 PAGES = [DOCS / "first_steps.md", *sorted((DOCS / "howto").glob("*.md"))]
 """Tasks: what their blocks print is on the page."""
 
-REFERENCE = [DOCS / "index.md", DOCS / "scenes.md", DOCS / "comparison.md"]
+REFERENCE = [ROOT / "README.md", *(DOCS / f"{name}.md" for name in ("index", "scenes", "comparison", "coulomb"))]
 """Pages whose blocks run, and print what is not on the page."""
 
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
