@@ -18,6 +18,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
+from bipot.tools.poses import Moment, Turn
 from bipot.tools.profiles import Profile
 from bipot.tools.tool import FlatTool, ShapedTool
 
@@ -62,6 +63,18 @@ def test_where_a_tool_folds_a_body_that_bears_a_load_a_new_mesh_is_advised_too()
     assert "Remesh there: shorter increments fold the element too." in str(ends(steel, Schedule(20, first=0.01)))
     loaded = str(ends(replace(steel, loads=(FAINT,)), Schedule(20, first=0.01)))
     assert "Remesh there, or load the body less" in loaded
+
+
+def test_a_roll_that_turns_freely_is_no_load():
+    """Its moment is zero, and the advice was to drive the body by displacements."""
+    centre = (1.0, 3.0)
+    path = ((0.0, 0.0), (0.2, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+    roll = ShapedTool(
+        Circle(centre, 1.0), (1.5, -1.0), ("top",), 0.2, path, turn=Turn(0.0, centre, driven_by=Moment(0.0))
+    )
+    held = Support("base", 0), Support("base", 1)
+    rolled = replace(WHOLE, mesh=block(4.0, 2.0, 12, 6), supports=held, tools=(roll,))
+    assert "Remesh there: shorter increments fold the element too." in str(ends(rolled, Schedule(10)))
 
 
 def test_a_body_that_loads_alone_strain_is_not_to_be_meshed_anew():

@@ -45,7 +45,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
 
     The load at the increment's end is examined, and that at the pseudo-time ``ahead``, not before the end.
     """
-    system, state = increment.system, increment.start
+    state = increment.start
     failed = _failed(increment, _decisive(attempt))
     found = diagnosis(increment)
     if found:
@@ -64,7 +64,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         more = "Take another form, or give it fallbacks."
     elif isinstance(attempt.last, Refused) and not attempt.last.too_far:
         more = attempt.last.advice
-    elif system.loading.loads or system.body.scene.drives:
+    elif _pushed(increment):
         more = _loaded(increment, attempt, pace)
     elif isinstance(attempt.last, Refused):
         more = attempt.last.advice
@@ -86,6 +86,12 @@ def broken(increment: Increment, error: BrokenSolver) -> IncrementFailed:
 
 def _failed(increment: Increment, why: object) -> str:
     return f"increment from tau = {increment.start.tau:.6g} to {increment.tau:.6g} failed ({why}). "
+
+
+def _pushed(increment: Increment) -> bool:
+    """Whether loads, forces or moments act at the end; a moment of zero lets a roll turn freely."""
+    system, tau = increment.system, increment.tau
+    return bool(system.loading.forces(increment.start.nodes, tau).any() or system.body.scene.drives.at(tau).any())
 
 
 def _loaded(increment: Increment, attempt: Attempt, pace: Pace) -> str:
