@@ -103,7 +103,7 @@ class Refused(NotConverged):
     One that goes ``too_far`` may do so because its load is not carried.
     """
 
-    def __init__(self, message: str, advice: str, *, too_far: bool = False) -> None:
+    def __init__(self, message: str, advice: str = "", *, too_far: bool = False) -> None:
         super().__init__(message)
         self.advice, self.too_far = advice, too_far
 

@@ -1,11 +1,12 @@
 """What a march that ends advises where the scene has loads: the load is blamed only where it may be the cause."""
 
+import pickle
 from dataclasses import replace
 
 import pytest
 
 from bipot.control.control import Control
-from bipot.errors import IncrementFailed, LimitPassed
+from bipot.errors import IncrementFailed, LimitPassed, Refused
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.hardening import Linear
@@ -84,3 +85,12 @@ def test_a_body_that_loads_alone_strain_is_not_to_be_meshed_anew():
     assert "Remesh" not in str(failed)
     held = replace(pulled, supports=(*pulled.supports, Prescribed("left", 1, 0.0)))
     assert "Remesh" not in str(ends(held, Schedule(4)))
+
+
+def test_errors_go_from_process_to_process_with_what_they_carry():
+    """Pickled ones are made anew from their message alone; what else they have is added."""
+    there = pickle.loads(pickle.dumps(Refused("too far", "Use more increments.", too_far=True)))
+    assert (str(there), there.advice, there.too_far) == ("too far", "Use more increments.", True)
+    passed = LimitPassed("past its limit", fraction=0.5, tau=0.25)
+    there = pickle.loads(pickle.dumps(passed))
+    assert (str(there), there.fraction, there.tau) == ("past its limit", 0.5, 0.25)

@@ -66,8 +66,11 @@ def reversed_mesh():
         (lambda: tool(travel=(0.0, float("nan"))), "tool.travel"),
         (lambda: tool(candidates=()), "tool.candidates"),
         (lambda: Support("base", 3), "support.direction = 3: must be 0, 1 or, in space, 2"),
-        (lambda: scene(tools=(tool(candidates=("lid",)),)), r"boundary = 'lid': must be one of \['axis', 'base'"),
-        (lambda: scene(supports=(Support("floor", 1),)), "boundary = 'floor'"),
+        (
+            lambda: scene(tools=(tool(candidates=("lid",)),)),
+            r"tools\[0\].candidates = 'lid': must be one of \['axis', 'base'",
+        ),
+        (lambda: scene(supports=(Support("floor", 1),)), r"supports\[0\].boundary = 'floor'"),
         (lambda: scene(mesh=reversed_mesh()), "Jacobian determinant .* is not positive: number nodes anticlockwise"),
     ],
 )

@@ -191,11 +191,11 @@ class Mesh:
         found = self._facets.find(self.boundary(name))
         return self._facets.nodes[found], self._facets.owner[found]
 
-    def boundary(self, name: str) -> Ints:
-        """Facets (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
-        require_type(name, str, "boundary")
+    def boundary(self, name: str, field: str = "boundary") -> Ints:
+        """Facets (f, n) of the boundary ``name``; raises SceneError naming its ``field`` and the known ones."""
+        require_type(name, str, field)
         none = "the mesh, which has none: name edges of it (in space faces)"
-        require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries) or none}")
+        require(name in self.boundaries, field, name, f"one of {sorted(self.boundaries) or none}")
         return self.boundaries[name]
 
     def edges(self, *names: str) -> Ints:

@@ -29,7 +29,7 @@ from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Directions, Holding
 from bipot.scene.itself import Itself
-from bipot.scene.loads import Dead, Load, Pressure, magnitude
+from bipot.scene.loads import Dead, Load, Pressure, Traction, magnitude
 from bipot.scene.paces import Moved, Paces, paces_of
 from bipot.scene.supports import Prescribed, Support
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
@@ -69,6 +69,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         self._check_types()
+        self._check_boundaries()
         try:
             refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
         except InvertedElement as inverted:
@@ -110,6 +111,15 @@ class Scene:
                 place = next((other for other, its in PARTS.items() if isinstance(part, its)), name)
                 require(place == name, f"{field}[{k}]", part, f"among the {place}")
             object.__setattr__(self, name, require_tuple(given, kind, field))
+
+    def _check_boundaries(self) -> None:
+        for k, tool in enumerate(self.tools):
+            for name in tool.candidates:
+                self.mesh.boundary(name, f"tools[{k}].candidates")
+        for parts, given in (("supports", self.supports), ("loads", self.loads)):
+            for k, part in enumerate(given):
+                if isinstance(part, Support | Traction | Pressure):
+                    self.mesh.boundary(part.boundary, f"{parts}[{k}].boundary")
 
     @property
     def rule(self) -> Quadrature:
