@@ -106,7 +106,7 @@ class Kinematics(Gradients):
             strain=self.strain[elements],
             middle=self.middle[elements],
             straining=None if straining is None else straining.part(elements),
-            half=None if half is None else CLOSED_FORMS[self.reduction.dimension].part(half, elements),
+            half=None if half is None else half[..., elements, :],
         )
 
     @property

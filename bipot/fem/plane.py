@@ -65,11 +65,6 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
     return np.stack([1 - square, 2 * t]) / (1 + square)
 
 
-def part(half: Floats, points: slice) -> Floats:
-    """The half rotations of some points, a slice of their first axis."""
-    return half[:, points]
-
-
 def turn(tensor: Floats, rotation: Floats) -> Floats:
     """Mandel tensors (..., 4) turned by theta, with ``rotation`` = (cos 2 theta, sin 2 theta) (2, ...).
 

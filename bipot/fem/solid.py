@@ -56,11 +56,6 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
     return Q.reshape(3, 3, *g.shape[:-1])
 
 
-def part(half: Floats, points: slice) -> Floats:
-    """The half rotations of some points, a slice of their first axis."""
-    return half[:, :, points]
-
-
 def turn(tensor: Floats, rotation: Floats) -> Floats:
     """Q t Q' of Mandel tensors (..., s) by Q = ``rotation`` (3, 3, ...)."""
     full, Q = mandel_to_full(tensor.shape[-1]), rotation.reshape(3, 3, -1)
