@@ -8,8 +8,8 @@ when its certificate, recomputed from the fields, is within the bounds.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,8 +20,9 @@ from bipot.checks.examined import Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.checks.settling import least_moved, unloaded
 from bipot.conic.problem import Claim, Timing
+from bipot.conic.solver import asked
 from bipot.contact.closeness import newly_closed
-from bipot.errors import BrokenSolver, InvertedElement, NotConverged, ProgramError, require, require_count, require_type
+from bipot.errors import InvertedElement, NotConverged, require, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
@@ -201,21 +202,9 @@ def solve_increment(
     raise watch.failure(f"{limits.passes} passes left")
 
 
-@contextmanager
-def _asked(form: Form[Any]) -> Iterator[None]:
-    """While a ``form``, which may be a user's own, is asked: its programming errors are no failures of an increment.
-
-    Raises:
-        BrokenSolver: for any error but those of an attempt, from which it is raised.
-    """
-    try:
-        yield
-    except (NotConverged, InvertedElement, ProgramError, BrokenSolver):
-        raise
-    except Exception as broken:
-        if type(form) in OWN:
-            raise
-        raise BrokenSolver(f"its form {type(form).__name__} raised {type(broken).__name__}: {broken}") from broken
+def _asked(form: Form[Any]) -> AbstractContextManager[None]:
+    """While a ``form``, which may be a user's own, is asked: its programming errors are no failures of an increment."""
+    return nullcontext() if type(form) in OWN else asked(form, "form", InvertedElement)
 
 
 def _unsaid(increment: Increment, step: Step) -> tuple[Iterate, Floats]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from bipot.conic.problem import Claim, ConicProgram, ConicSolution, Timing
 from bipot.errors import (
+    BipotError,
     BrokenSolver,
     InfeasibleProgram,
     NotConverged,
@@ -59,18 +60,18 @@ class ConicSolver(Protocol):
 
 
 @contextmanager
-def asked(solver: object) -> Iterator[None]:
-    """While a ``solver``, which may be a user's own, is asked: its programming errors are no answers to a program.
+def asked(one: object, what: str = "solver", *also: type[BipotError]) -> Iterator[None]:
+    """While ``one``, a solver or ``what`` it is, of a user's own perhaps, is asked: programming errors are no answers.
 
     Raises:
-        BrokenSolver: for any error but that there is no answer, from which it is raised.
+        BrokenSolver: for any error but that there is no answer, which errors of the kinds ``also`` say, too; from it.
     """
     try:
         yield
-    except (ProgramError, NotConverged, BrokenSolver):
+    except (ProgramError, NotConverged, BrokenSolver, *also):
         raise
     except Exception as broken:
-        raise BrokenSolver(f"its solver {type(solver).__name__} raised {type(broken).__name__}: {broken}") from broken
+        raise BrokenSolver(f"its {what} {type(one).__name__} raised {type(broken).__name__}: {broken}") from broken
 
 
 def answered(
