@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from scipy.linalg import null_space
 
 from bipot.checks.determinacy import ROUND_OFF, cleaned
-from bipot.errors import InfeasibleProgram, ProgramError, require, require_number, require_type
+from bipot.errors import InfeasibleProgram, ProgramError, require, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
@@ -28,7 +28,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
-from bipot.typing import Bools, Floats, einsum, max_abs, read_only
+from bipot.typing import Bools, Floats, einsum, max_abs, read_only, require_within
 
 SATURATED = 1e9
 """A plastic strain at which a saturating law has saturated; a law that still hardens has no limit load."""
@@ -64,8 +64,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         ProgramError: no mechanism was found to the accuracy that its inequalities require.
     """
     require_type(scene, Scene, "scene")
-    require_number(tau, "tau")
-    require(0 <= tau <= 1, "tau", tau, "in [0, 1]")
+    require_within(tau, "tau", "in [0, 1]")
     for k, tool in enumerate(scene.tools):
         require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)

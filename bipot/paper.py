@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from bipot.certificate import Bounds
 from bipot.control.control import Control
-from bipot.errors import require, require_count, require_number, require_type
+from bipot.errors import require_count, require_type
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
@@ -29,6 +29,7 @@ from bipot.meshes.sections import cylinder
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.tool import FlatTool, Sampling
+from bipot.typing import require_within
 
 
 def upsetting(
@@ -61,8 +62,7 @@ def upsetting(
     >>> upsetting(mu=0.1).tools[0].travel
     (0.0, -2.25)
     """
-    require_number(reduction, "reduction")
-    require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
+    require_within(reduction, "reduction", "in (0, 1)")
     require_sides(height=height, diameter=diameter)
     require_count(elements, "elements")
     require_type(element, Element, "element")

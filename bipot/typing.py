@@ -89,8 +89,13 @@ def make_floats(made: object, *fields: str, of: str = "", **within: str) -> None
         require_number(value, of + field)
         object.__setattr__(made, field, float(value))
     for field, allowed in within.items():
-        value = getattr(made, field)
-        require(_is(value, allowed), of + field, value, allowed)
+        require_within(getattr(made, field), of + field, allowed)
+
+
+def require_within(value: Any, field: str, allowed: str) -> None:
+    """Raise SceneError unless ``value`` is a number in an interval that is ``allowed``, as in :func:`make_floats`."""
+    require_number(value, field)
+    require(_is(float(value), allowed), field, value, allowed)
 
 
 def _is(value: float, allowed: str) -> bool:

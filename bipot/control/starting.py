@@ -23,7 +23,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.symmetry import image_depth
 from bipot.system import System, system_of
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Bools, Floats, max_abs, vdot
+from bipot.typing import Bools, Floats, max_abs, require_within, vdot
 
 PLACED = 1e-9
 """Distance (over the body size) of nodes from the positions given by supports and stored gaps: round-off."""
@@ -122,8 +122,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
             outside the yield surface, contact forces that its stress does not balance; the message names the field.
     """
     scene, at_rest = system.body.scene, system.rest()
-    require_number(start.tau, "start.tau")
-    require(0 <= start.tau <= 1, "start.tau", start.tau, "in [0, 1]")
+    require_within(start.tau, "start.tau", "in [0, 1]")
     require_number(start.length, "start.length")
     allowed = f"0, or from {SHORTEST:g} to 1"
     require(start.length == 0 or SHORTEST <= start.length <= 1, "start.length", start.length, allowed)

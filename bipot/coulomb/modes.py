@@ -22,10 +22,10 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution, Outcome, judge
 from bipot.coulomb.solver import Limits, run, scale
-from bipot.errors import require, require_count, require_number, require_positive, require_type
+from bipot.errors import require, require_count, require_positive, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
-from bipot.typing import Floats, max_abs
+from bipot.typing import Floats, max_abs, require_within
 
 MOST_CONTACTS = 6
 _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1))
@@ -168,7 +168,7 @@ def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10, apart: float = 
     """
     require_type(problem, CoulombProblem, "problem")
     require_positive(tol=tol)
-    _require_apart(apart)
+    require_within(apart, "apart", ">= 0")
     require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
     require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
     scaled, began = scale(problem), perf_counter()
@@ -191,11 +191,6 @@ def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10, apart: float = 
     return MultiplicityReport(_distinct(answers, apart), True, continuum, doubtful)
 
 
-def _require_apart(apart: float) -> None:
-    require_number(apart, "apart")
-    require(apart >= 0, "apart", apart, ">= 0")
-
-
 def _starts(problem: CoulombProblem, count: int) -> list[Floats]:
     """No force, full stick, and ``count`` random forces in the cone, of the size that stops u = q."""
     stick = np.linalg.lstsq(problem.W.toarray(), -problem.q, rcond=1e-10)[0]
@@ -216,7 +211,7 @@ def multiplicity(
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
     require_count(starts, "starts", 0)
-    _require_apart(apart)
+    require_within(apart, "apart", ">= 0")
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
         return enumerate_modes(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]

@@ -28,11 +28,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.coulomb.problem import TIE, CoulombProblem
-from bipot.errors import require, require_number, require_type
+from bipot.errors import require, require_type
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone, unit
 from bipot.tensors import norm
-from bipot.typing import Floats, as_numbers, max_abs
+from bipot.typing import Floats, as_numbers, max_abs, require_within
 
 _EPS = float(np.finfo(np.float64).eps)
 
@@ -261,8 +261,7 @@ class CoulombSolution:
 
         ``tol`` is relative: of forces to max |r'|, of velocities to what they are the sum of, |q'| + |W'| |r'|.
         """
-        require_number(tol, "tol")
-        require(tol >= 0, "tol", tol, ">= 0")
+        require_within(tol, "tol", ">= 0")
         r, u = self._pair()
         unit = self.problem.contact_unit[:, None]
         r, u = r * unit, u / unit

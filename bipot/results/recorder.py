@@ -9,15 +9,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import numpy as np
-
 from bipot.basics.replacing import replace
 from bipot.basics.undisturbed import undisturbed
 from bipot.certificate import Bounds
 from bipot.control.accepted import Accepted
 from bipot.control.course import Course
 from bipot.control.starting import course_of
-from bipot.errors import IncrementFailed, ResultsError, require, require_number, require_tuple, require_type
+from bipot.errors import IncrementFailed, ResultsError, require, require_tuple, require_type
 from bipot.hdf5.journal import creating, writing
 from bipot.response import State
 from bipot.results import table
@@ -32,6 +30,7 @@ from bipot.results.names import require_units
 from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
 from bipot.system import system_of
+from bipot.typing import require_within
 
 PATIENCE = 0.25
 """Seconds for which increments wait to be written together: a write takes as long as solving a small increment."""
@@ -84,8 +83,7 @@ class Recorder:
         self.folder, self.columns = settled(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
-        require_number(patience, "patience")
-        require(0 <= patience < np.inf, "patience", patience, "finite and not negative")
+        require_within(patience, "patience", "finite and >= 0")
         self.note, self.patience = "", patience
         self._course = course_of(start, self.system, Bounds().equilibrium)
         begun = None if start is None else self._course.state

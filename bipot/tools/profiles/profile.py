@@ -20,7 +20,7 @@ from bipot.tools.circle import comes_out
 from bipot.tools.profiles.outline import pieces_of
 from bipot.tools.profiles.pieces import ProfilePieces
 from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
-from bipot.typing import Bools, Floats, Vector, listed
+from bipot.typing import Bools, Floats, Vector, listed, require_within
 
 PLACES, HALVINGS = 7, 30
 """Starting points on each piece for the search of the tool's thickest place, and halvings of the bracket around it."""
@@ -189,9 +189,8 @@ class Profile(Surface):
 
 def checked_radius(value: object, field: str) -> float:
     """``value`` as a radius; raises SceneError unless it is one."""
-    require_number(value, field)
+    require_within(value, field, "finite and >= 0")
     radius = float(value)  # type: ignore[arg-type]
-    require(0 <= radius < np.inf, field, value, "finite and >= 0")
     require_magnitude(radius, field, LARGEST_LENGTH)
     return radius
 
