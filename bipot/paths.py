@@ -78,9 +78,11 @@ def pair(value: object, field: str, allowed: str) -> tuple[float, float]:
     return first, second
 
 
-def vector(value: object, field: str) -> tuple[float, ...]:
-    """``value`` as the components of a vector, two finite numbers in a plane or three in space."""
-    return _numbers(value, (2, 3), field, "two finite numbers, or three in space")
+def vector(value: object, field: str, largest: float = math.inf) -> tuple[float, ...]:
+    """``value`` as a vector, two finite numbers in a plane or three in space, of magnitudes to the ``largest``."""
+    found = _numbers(value, (2, 3), field, "two finite numbers, or three in space")
+    require_magnitude(max(map(abs, found)), field, largest)
+    return found
 
 
 def require_components(value: Sequence[float], dimension: int, field: str) -> None:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_type
 from bipot.paths import require_components, vector
 from bipot.tensors import norm
 from bipot.tools.plane import leftwards
@@ -46,8 +46,7 @@ class Extruded(Surface):
     second: tuple[float, ...] = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", vector(self.point, "extruded.point"))
-        require_magnitude(max(map(abs, self.point)), "extruded.point", LARGEST_LENGTH)
+        object.__setattr__(self, "point", vector(self.point, "extruded.point", LARGEST_LENGTH))
         for name in ("first", "second"):
             object.__setattr__(self, name, direction(getattr(self, name), f"extruded.{name}"))
         for name in ("point", "first", "second"):

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, LARGEST_STRESS, require, require_magnitude, require_type
+from bipot.errors import LARGEST_LENGTH, LARGEST_STRESS, require, require_type
 from bipot.paths import RAMP, Amplitude, require_bounded, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.plane import leftwards
@@ -117,8 +117,7 @@ class Turn:
             allowed = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
             fits = size == 0 or SMALLEST_ANGLE <= abs(size) <= LARGEST_ANGLE
             require(fits, "turn.angle, its amplitude with it", size, allowed)
-        object.__setattr__(self, "centre", vector(self.centre, "turn.centre"))
-        require_magnitude(max(map(abs, self.centre)), "turn.centre", LARGEST_LENGTH)
+        object.__setattr__(self, "centre", vector(self.centre, "turn.centre", LARGEST_LENGTH))
         self._check_axis()
         require(self.amplitude.at(0.0) == 0, "turn.amplitude", self.amplitude.points, "zero at tau = 0")
         require_type(self.driven_by, Moment, "turn.driven_by", optional=True)

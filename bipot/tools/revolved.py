@@ -21,7 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_number, require_positive, require_type
 from bipot.paths import require_components, vector
 from bipot.tensors import norm
 from bipot.tools.circle import GRAZED, Circle, comes_out
@@ -74,7 +74,6 @@ class Revolved(Surface):
     def __post_init__(self) -> None:
         object.__setattr__(self, "point", _in_space(self.point, "revolved.point"))
         object.__setattr__(self, "axis", _in_space(direction(self.axis, "revolved.axis"), "revolved.axis"))
-        require_magnitude(max(map(abs, self.point)), "revolved.point", LARGEST_LENGTH)
         require_type(self.meridian, Surface, "revolved.meridian")
         plane = coordinates(self.meridian, "revolved.meridian") == 2
         require(plane, "revolved.meridian", self.meridian, "a surface of a plane: (distance from the axis, height)")
@@ -201,7 +200,7 @@ class Revolved(Surface):
 
 def _in_space(value: Vector, field: str) -> Vector:
     """The value as a vector of three components."""
-    value = vector(value, field)
+    value = vector(value, field, LARGEST_LENGTH)
     require_components(value, 3, field)
     return value
 

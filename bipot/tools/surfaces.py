@@ -139,8 +139,7 @@ class Plane(Surface):
     normal: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", vector(self.point, "plane.point"))
-        require_magnitude(max(map(abs, self.point)), "plane.point", LARGEST_LENGTH)
+        object.__setattr__(self, "point", vector(self.point, "plane.point", LARGEST_LENGTH))
         object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
         require_components(self.point, len(self.normal), "plane.point")
 

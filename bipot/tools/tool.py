@@ -220,9 +220,8 @@ class FlatTool(Tool):
     shear_at: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", vector(self.point, "tool.point"))
+        object.__setattr__(self, "point", vector(self.point, "tool.point", LARGEST_LENGTH))
         object.__setattr__(self, "normal", direction(self.normal, "tool.normal"))
-        require_magnitude(max(map(abs, self.point)), "tool.point", LARGEST_LENGTH)
         self._check()
         for name in ("point", "travel"):
             require_components(getattr(self, name), len(self.normal), f"tool.{name}")
