@@ -38,9 +38,9 @@ import scipy.sparse as sp
 
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
+from bipot.laws.projections import unit
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.tensors import norm
 from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, Vector, read_only
@@ -168,7 +168,7 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
 def _away(nodes: Floats, lines: Ints) -> Floats:
     """Unit vectors (f, 2, d) along which quadratic edges (f, 3), parabolas, go from their ends."""
     x = nodes[lines]
-    return _units(np.stack([_leaving(x[:, 0], x[:, 1], x[:, 2]), _leaving(x[:, 2], x[:, 1], x[:, 0])], axis=1))
+    return unit(np.stack([_leaving(x[:, 0], x[:, 1], x[:, 2]), _leaving(x[:, 2], x[:, 1], x[:, 0])], axis=1))
 
 
 def _normals(nodes: Floats, faces: Ints, count: int) -> Floats:
@@ -176,13 +176,9 @@ def _normals(nodes: Floats, faces: Ints, count: int) -> Floats:
     corner, middle = nodes[faces[:, :count]], nodes[faces[:, count:]]
     ahead = _leaving(corner, middle, np.roll(corner, -1, axis=1))
     back = _leaving(corner, np.roll(middle, 1, axis=1), np.roll(corner, 1, axis=1))
-    return _units(np.cross(ahead, back))
+    return unit(np.cross(ahead, back))
 
 
 def _leaving(x: Floats, middle: Floats, end: Floats) -> Floats:
     """Derivatives (..., d) at ``x`` of parabolas through their ``middle`` to their ``end``."""
     return 4 * middle - 3 * x - end
-
-
-def _units(vectors: Floats) -> Floats:
-    return vectors / norm(vectors)[..., None]
