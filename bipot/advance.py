@@ -176,7 +176,7 @@ class Advance:
             return Carried.evenly(along)
         motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
         under = self.places, self.frames[:, 0], motion
-        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, scene.directions.held).carried()
+        ridden = Riding(contacts, self.start, *under, self.placed, self.turned).carried()
         return ridden._replace(by=ridden.by + along)
 
     @cached_property

@@ -35,7 +35,6 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, closed
@@ -82,7 +81,7 @@ class Riding:
     """What rides on the tools of the ``candidates``, of which parts are at ``place`` with the tools' ``normal`` (w, d).
 
     Beyond the way of the supports, the tools' points there move by ``motion`` (w, d) from the state ``start`` on. Tools
-    in the poses ``placed`` (k, p) are to turn by ``angles`` (k,). Supports and planes hold along ``held`` (h, d).
+    in the poses ``placed`` (k, p) are to turn by ``angles`` (k,).
     """
 
     candidates: Candidates
@@ -92,7 +91,6 @@ class Riding:
     motion: Floats
     placed: Floats
     angles: Floats
-    held: Floats
 
     def carried(self) -> Carried:
         """How, where parts (w,) of each tool's candidates are, the body is carried by the other tools."""
@@ -146,7 +144,7 @@ class Riding:
         if not tool.welded and not whole:
             spin = self._twisted(spin, self._weights[j])
         holds = tool.welded or self._stuck[self.candidates.tool == j].all()
-        across = float(norm(crossed(spin.axis, self.held)).max(initial=0.0))
+        across = float(norm(crossed(spin.axis, self.candidates.scene.directions.held)).max(initial=0.0))
         return spin if holds and across <= PARALLEL and spin.angle != 0 else None
 
     def _alike(self, spin: Spin, i: int, whole: bool) -> bool:
@@ -197,8 +195,8 @@ class Riding:
     @cached_property
     def _free(self) -> Floats:
         """N N' (d, d)."""
-        basis = null_space(np.vstack([np.zeros(self.motion.shape[1]), self.held]), rcond=PARALLEL)
-        return basis @ basis.T
+        free = self.candidates.scene.directions.free
+        return free @ free.T
 
     def _by_others(self, v: Floats, k: int) -> Floats:
         """V (d,) of all tools but the k-th, which take the body along by ``v`` (k, d)."""
