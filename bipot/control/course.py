@@ -92,16 +92,14 @@ class Course:
         """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
         start, state, quicker = self.state, advance(self.state, solved), solved.iterate.increment.past.quicker
         later, _ = self.before
-        return Course(
+        return replace(
+            self.scheduled(),
             state=state,
             number=self.number + 1,
             energies=self.energies.after(start, state, solved),
             largest=max(self.largest, max_abs(state.forces)),
             before=(later.next(start).at_pace(quicker, start.tau), later.at_pace(quicker, start.tau)),
             proposed=proposed,
-            size=math.nan,
-            uncut=math.nan,
-            landed=np.zeros_like(self.landed),
         )
 
     def scheduled(self) -> Course:
