@@ -6,7 +6,7 @@ Weights sum to the measure of the shape: one, a half, a sixth.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -88,66 +88,53 @@ def gauss(counts: Iterable[int]) -> tuple[Floats, Floats]:
     return np.array(list(product(*points))), np.array([prod(factors) for factors in product(*weights)])
 
 
-def triangle(count: int) -> tuple[Floats, Floats]:
-    r"""Symmetric rules of degree 1, 2 and 5 with ``count`` = 1, 3 and 7 points (q, 2); weights (q,) sum to a half.
+GAUSS = {Quadrature.GAUSS2: 2, Quadrature.GAUSS3: 3}
+"""Points of Gauss' rules along each axis."""
 
-    The middle; the three points half-way from it to the corners; Radon's (1948), with s = sqrt(15): the middle, 9/40,
-    and six points (a, a), (a, 1 - 2 a), (1 - 2 a, a), a = (6 -+ s)/21, (155 -+ s)/1200 of the area each.
-
-    >>> float((lambda points, weights: weights @ points[:, 0] ** 2)(*triangle(3)).round(15)) == round(1 / 12, 15)
-    True
-    """
-    s = np.sqrt(15)
-    orbits = {1: (), 3: ((1 / 6, 1 / 3),), 7: tuple(((6 + k * s) / 21, (155 + k * s) / 1200) for k in (-1, 1))}[count]
-    middle = [] if count == 3 else [(1 / 3, 1 / 3)]
-    points = [point for a, _ in orbits for point in ((a, a), (a, 1 - 2 * a), (1 - 2 * a, a))]
-    weights = [1 - 3 * sum(weight for _, weight in orbits)] * len(middle) + [w for _, w in orbits for _ in range(3)]
-    return np.array(middle + points), np.array(weights) / 2
-
-
-def tetrahedron(count: int) -> tuple[Floats, Floats]:
-    r"""Symmetric rules of degree 1, 2 and 5 with ``count`` = 1, 4 and 14 points (q, 3); weights (q,) sum to a sixth.
-
-    The middle; four points (a, a, a) and those with one a made 1 - 3 a, a = (5 - sqrt(5))/20; Walkington's (2000): two
-    such orbits, and the six points with two coordinates of a and the others, the fourth included, of 1/2 - a.
-
-    >>> float((lambda points, weights: weights @ points[:, 0] ** 2)(*tetrahedron(4)).round(15)) == round(1 / 60, 15)
-    True
-    """
-    if count == 1:
-        return np.full((1, 3), 1 / 4), np.full(1, 1 / 6)
-    corners, edges = {4: ((((5 - np.sqrt(5)) / 20, 1 / 24),), ()), 14: WALKINGTON}[count]
-    one, two = (np.array([[k in chosen for k in range(4)] for chosen in combinations(range(4), n)]) for n in (1, 2))
-    orbits = [np.where(one, 1 - 3 * a, a) for a, _ in corners] + [np.where(two, a, 1 / 2 - a) for a, _ in edges]
-    weights = [weight for _, weight in (*corners, *edges)]
-    return np.concatenate(orbits)[:, :3], np.repeat(weights, [len(points) for points in orbits])
-
-
-WALKINGTON = (
-    ((0.31088591926330060980, 0.018781320953002641800), (0.092735250310891226402, 0.012248840519393658257)),
-    ((0.045503704125649649492, 0.0070910034628469110730),),
-)
-"""Coordinates and weights of the orbits of Walkington's rule: points on lines to corners, and to mid-sides."""
-
-RULE: dict[Quadrature, Callable[[int], tuple[Floats, Floats]]] = {
-    Quadrature.RADON7: lambda _: radon7(),
-    Quadrature.GAUSS2: lambda dimension: gauss((2,) * dimension),
-    Quadrature.GAUSS3: lambda dimension: gauss((3,) * dimension),
-    Quadrature.TRIANGLE1: lambda _: triangle(1),
-    Quadrature.TRIANGLE3: lambda _: triangle(3),
-    Quadrature.TRIANGLE7: lambda _: triangle(7),
-    Quadrature.TETRAHEDRON1: lambda _: tetrahedron(1),
-    Quadrature.TETRAHEDRON4: lambda _: tetrahedron(4),
-    Quadrature.TETRAHEDRON14: lambda _: tetrahedron(14),
+ORBITS: dict[Quadrature, tuple[tuple[int, float, float], ...]] = {
+    Quadrature.TRIANGLE1: ((0, 1 / 3, 1 / 2),),
+    Quadrature.TRIANGLE3: ((1, 1 / 6, 1 / 6),),
+    Quadrature.TRIANGLE7: (
+        (0, 1 / 3, 9 / 80),
+        *((1, (6 + s * 15**0.5) / 21, (155 + s * 15**0.5) / 2400) for s in (-1, 1)),
+    ),
+    Quadrature.TETRAHEDRON1: ((0, 1 / 4, 1 / 6),),
+    Quadrature.TETRAHEDRON4: ((1, (5 - 5**0.5) / 20, 1 / 24),),
+    Quadrature.TETRAHEDRON14: (
+        (1, 0.31088591926330060980, 0.018781320953002641800),
+        (1, 0.092735250310891226402, 0.012248840519393658257),
+        (2, 0.454496295874350350508, 0.0070910034628469110730),
+    ),
 }
-"""Points and weights of each rule, given the dimension."""
+"""Symmetric rules of degree 1, 2 and 5, those of degree 5 by Radon (1948) and Walkington (2000), as orbits (n, a, w).
+
+An orbit has the points of the weight w of which all barycentric coordinates but n are a, and those n one number."""
+
+
+def simplex(dimension: int, rule: Quadrature) -> tuple[Floats, Floats]:
+    """The points (q, d) and weights (q,) of the orbits of a rule for triangles or tetrahedra.
+
+    >>> points, weights = simplex(3, Quadrature.TETRAHEDRON4)
+    >>> float((weights @ points[:, 0] ** 2).round(15)) == round(1 / 60, 15)
+    True
+    """
+    corners = range(dimension + 1)
+    points, weights = list[Floats](), list[float]()
+    for n, a, weight in ORBITS[rule]:
+        # In the order that files of runs have.
+        for chosen in combinations(corners if dimension == 3 else corners[::-1], n):
+            points.append(np.where(np.isin(corners, chosen), (1 - (dimension + 1 - n) * a) / max(n, 1), a)[:-1])
+            weights.append(weight)
+    return np.array(points), np.array(weights)
 
 
 @cache
 def tabulated(element: Element, rule: Quadrature) -> Reference:
     """The element at the points of a rule of its shape."""
-    points, weights = RULE[rule](element.dimension)
-    return _on_cube(element, points, weights) if element.shape.cube else _reference(element, points, weights)
+    d = element.dimension
+    if not element.shape.cube:
+        return _reference(element, *simplex(d, rule))
+    return _on_cube(element, *(radon7() if rule is Quadrature.RADON7 else gauss((GAUSS[rule],) * d)))
 
 
 @cache
