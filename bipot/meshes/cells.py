@@ -111,6 +111,13 @@ def require_sides(**sides: float) -> None:
     require(lengths[long] <= most, long, lengths[long], allowed)
 
 
+def counted(**counts: int) -> dict[str, int]:
+    """The counts by name as Python's integers, as NumPy's would overflow; raises SceneError unless all are counts."""
+    for name, count in counts.items():
+        require_count(count, name)
+    return {name: int(count) for name, count in counts.items()}
+
+
 def memory() -> int | None:
     """Bytes of memory of the machine; None if unknown.
 

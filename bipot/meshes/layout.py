@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from bipot.errors import require, require_count, require_type
-from bipot.meshes.cells import Fine, MeshParts, along, converted, require_room
+from bipot.errors import require, require_type
+from bipot.meshes.cells import Fine, MeshParts, along, converted, counted, require_room
 from bipot.meshes.elements import Element, elements_of
 from bipot.typing import Floats, Ints
 
@@ -26,7 +26,7 @@ TETRAHEDRA = np.array([(0, 1, 2, 6), (0, 5, 1, 6), (0, 3, 7, 6), (0, 2, 3, 6), (
 """Tetrahedra of a hexahedron by its corners, each of positive volume."""
 
 TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)])
-"""Triangles of its faces."""
+"""Triangles of its faces, and of any quadrilateral."""
 
 
 class Layout(Enum):
@@ -82,10 +82,7 @@ def rectangle(
         SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive
             numbers or of :class:`~bipot.meshes.cells.Fine`, or leaves no element; another element or layout.
     """
-    for name, count in counts.items():
-        require_count(count, name)
-    # NumPy's whole numbers would overflow.
-    n = [int(count) for count in counts.values()]
+    n = list(counted(**counts).values())
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
     plane = elements_of(2)
@@ -115,7 +112,7 @@ def cells_between(number: Ints, element: Element, parity: int = 0) -> Ints:
         return cells
     black = (np.indices((number.shape[0] - 1, number.shape[1] - 1)).sum(axis=0).ravel() + parity) % 2 == 0
     cells = np.where(black[:, None], cells, np.roll(cells, 1, axis=1))
-    return cells[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+    return cells[:, TRIANGLES].reshape(-1, 3)
 
 
 def edges_along(names: Sequence[str], sides: Sequence[Ints]) -> dict[str, Ints]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.errors import require, require_count, require_number, require_positive, require_type
-from bipot.meshes.cells import converted, graded, require_room, require_sides
+from bipot.errors import require, require_number, require_positive, require_type
+from bipot.meshes.cells import converted, counted, graded, require_room, require_sides
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
 from bipot.meshes.layout import Layout, grid, rectangle, require_layout_room
@@ -40,7 +40,7 @@ def brick(
     ['back', 'base', 'front', 'left', 'right', 'top']
     """
     require_sides(width=width, depth=depth, height=height)
-    counts = _counts(n_x=n_x, n_y=n_y, n_z=n_z)
+    counts = counted(n_x=n_x, n_y=n_y, n_z=n_z)
     n_x, n_y, n_z = counts.values()
     _require_solid(element, grading, 3)
     require_layout_room((n_x, n_y, n_z), element, layout, tuple(counts))
@@ -85,7 +85,7 @@ def cylinder_3d(
     (24, 8)
     """
     require_sides(radius=radius, height=height)
-    counts = _counts(n_square=n_square, n_r=n_r, n_z=n_z)
+    counts = counted(n_square=n_square, n_r=n_r, n_z=n_z)
     n_square, n_r, n_z = counts.values()
     _require_solid(element, grading, 2, quarter=quarter, curved=curved, inscribed=inscribed)
     a_quarter = n_square * (n_square + 2 * n_r) * n_z
@@ -127,7 +127,7 @@ def ring_3d(
     require_positive(inner=inner, outer=outer)
     require(inner < outer, "inner", inner, f"< outer = {outer}")
     require_sides(**{"outer - inner": outer - inner, "height": height})
-    counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
+    counts = counted(n_around=n_around, n_r=n_r, n_z=n_z)
     n_around, n_r, n_z = counts.values()
     _require_solid(element, grading, 2, quarter=quarter, curved=curved, inscribed=inscribed)
     require_room(n_around * n_r * n_z * (1 if quarter else 4), element, counts)
@@ -136,13 +136,6 @@ def ring_3d(
     bore, side = float(inner) * wider, float(outer) * wider
     flat = annulus(graded(bore, side, n_r, grading[0]), n_around, quarter, FLAT[element.shape])
     return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), element, arcs))
-
-
-def _counts(**counts: int) -> dict[str, int]:
-    """The counts by name as Python's integers, as NumPy's would overflow; raises SceneError unless all are counts."""
-    for name, count in counts.items():
-        require_count(count, name)
-    return {name: int(count) for name, count in counts.items()}
 
 
 def _widened(count: int, arcs: bool) -> float:
