@@ -42,21 +42,16 @@ class Drives:
     def of(tools: Sequence[Tool], planes: Sequence[Mirror], mesh: Mesh) -> Drives:
         """The drives of the tools, tool by tool, of a body with this ``mesh`` that ``planes`` of symmetry cut."""
         d = mesh.dimension
-        angles = np.zeros(pose_size(d) - d)
-        by, owner, ways, dual = list[Force | Moment](), list[int](), list[Floats](), list[float]()
+        angles, found = np.zeros(pose_size(d) - d), list[tuple[Force | Moment, int, Floats, float]]()
         for k, tool in enumerate(tools):
             if tool.driven_by is not None:
-                by.append(tool.driven_by)
-                owner.append(k)
-                ways.append(np.append(tool.driven_by.direction, angles))
-                dual.append(share(planes, tool))
+                found.append((tool.driven_by, k, np.append(tool.driven_by.direction, angles), share(planes, tool)))
             if tool.turn is not None and tool.turned_by is not None:
                 spin = 1.0 / lever(tool.face, tool.turn, mesh.size)
-                by.append(tool.turned_by)
-                owner.append(k)
-                ways.append(np.append(np.zeros(d), spin * tool.turn.about))
-                dual.append(spin * share(planes, tool))
-        return Drives(tuple(by), np.array(owner, np.intp), np.array(ways).reshape(-1, pose_size(d)), np.array(dual))
+                way = np.append(np.zeros(d), spin * tool.turn.about)
+                found.append((tool.turned_by, k, way, spin * share(planes, tool)))
+        by, owner, ways, dual = zip(*found, strict=True) if found else ((), (), (), ())
+        return Drives(by, np.array(owner, np.intp), np.array(ways).reshape(-1, pose_size(d)), np.array(dual))
 
     def __len__(self) -> int:
         return len(self.by)
