@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_LENGTH, require_magnitude, require_positive, require_type
+from bipot.errors import LARGEST_LENGTH, require_magnitude, require_type
 from bipot.tensors import norm
 from bipot.tools.plane import angle_between, farther
 from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
-from bipot.typing import Bools, Floats, Vector
+from bipot.typing import Bools, Floats, Vector, make_floats
 
 AROUND = np.pi / 3
 """A straight way through a circle around which it goes by more than this angle comes out on another side."""
@@ -69,8 +69,7 @@ class Circle(Surface):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", place(self.centre, "circle.centre"))
-        require_positive(**{"circle.radius": self.radius})
-        object.__setattr__(self, "radius", float(self.radius))
+        make_floats(self, of="circle.", radius="finite and > 0")
         require_magnitude(self.radius, "circle.radius", LARGEST_LENGTH)
         require_type(self.concave, bool, "circle.concave")
 
