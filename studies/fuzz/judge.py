@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -196,20 +197,21 @@ def _share(pairs: list[Floats]) -> float:
 
 def judge_scene(seed: int, others: bool = True) -> Row:
     """The row of a seed's scene; ``others`` says whether its variants are run too."""
-    return ended(_known("scene", seed, draw, others))
+    return ended(known("scene", seed, draw, partial(_judged, others=others)))
 
 
 def judge_shaped(seed: int, others: bool = True) -> Row:
     """The same of the seed's scene with tools that are not flat."""
-    return ended(_known("shaped", seed, draw_shaped, others))
+    return ended(known("shaped", seed, draw_shaped, partial(_judged, others=others)))
 
 
-def _known(name: str, seed: int, drawing: Callable[[int], Drawn], others: bool) -> Iterator[Row]:
+def known(name: str, seed: int, drawing: Callable[[int], Drawn], judging: Callable[[Row, Drawn], Row]) -> Iterator[Row]:
+    """What is known of a seed's scene: before it is drawn, before it is judged, and in the end."""
     yield (row := Row(seed, name, "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
     try:
         drawn = drawing(seed)
         yield (row := replace(row, kind=f"{name} {drawn.kind}", form=drawn.form))
-        yield _judged(row, drawn, others)
+        yield judging(row, drawn)
     except BipotError as error:
         # A scene or variant that is refused when it is made.
         yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")

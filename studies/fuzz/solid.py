@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from bipot.certificate import Bounds
-from bipot.errors import BipotError
 from bipot.marching import Accepted
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.typing import Floats
-from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, run
+from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, known, run
 from studies.fuzz.record import reported_unique
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
@@ -63,23 +62,12 @@ STRAIGHT = -1e-8
 
 def judge_solid(seed: int, others: bool = True) -> Row:
     """The row of a seed's body in space; ``others`` says whether its variants are run too."""
-    return ended(_known("solid", seed, draw_solid, others))
+    return ended(known("solid", seed, draw_solid, partial(_judged, others=others)))
 
 
 def judge_solid_shaped(seed: int, others: bool = True) -> Row:
     """The same of the seed's body under tools that are not flat."""
-    return ended(_known("solid shaped", seed, draw_solid_shaped, others))
-
-
-def _known(name: str, seed: int, drawing: Callable[[int], Drawn], others: bool) -> Iterator[Row]:
-    yield (row := Row(seed, name, "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
-    try:
-        drawn = drawing(seed)
-        yield (row := replace(row, kind=f"{name} {drawn.kind}", form=drawn.form))
-        yield judged(row, drawn, _others(drawn, seed) if others else [])
-    except BipotError as error:
-        # A scene or variant that is refused when it is made.
-        yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
+    return ended(known("solid shaped", seed, draw_solid_shaped, partial(_judged, others=others)))
 
 
 def _others(drawn: Drawn, seed: int) -> list[SolidVariant]:
@@ -165,6 +153,10 @@ def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -
         off = max(off, float(np.abs(mine - theirs).max(initial=0.0)) - 2 * resolution)
         most = max(most, float(np.abs(mine).max(initial=0.0)))
     return off / most if off else 0.0
+
+
+def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
+    return judged(row, drawn, _others(drawn, row.seed) if others else [])
 
 
 def judged(row: Row, drawn: Drawn, others: list[SolidVariant]) -> Row:
