@@ -16,13 +16,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import null_space
+from scipy.linalg import null_space, qr
 
 from bipot.errors import require
 from bipot.fem.axes import Axes
 from bipot.meshes.mesh import Mesh
 from bipot.scene.supports import Prescribed, Support, Symmetry, named
-from bipot.tensors import norm
 from bipot.tools.surfaces import ACROSS
 from bipot.typing import Bools, Floats, Ints, max_abs, read_only
 
@@ -160,13 +159,11 @@ def _independent(vectors: Floats) -> tuple[list[int], float]:
     They are the first, and then always the vector farthest off the span of those chosen, while it is off by more than
     :data:`PARALLEL`.
     """
-    chosen, least, rest = [0], 1.0, vectors - np.outer(vectors @ vectors[0], vectors[0])
-    while len(chosen) < vectors.shape[1] and norm(rest).max() > PARALLEL:
-        chosen.append(int(np.argmax(norm(rest))))
-        sine = float(norm(rest)[chosen[-1]])
-        way, least = rest[chosen[-1]] / sine, min(least, sine)
-        rest = rest - np.outer(rest @ way, way)
-    return chosen, least
+    rest = vectors - np.outer(vectors @ vectors[0], vectors[0])
+    triangle, order = qr(rest.T, mode="r", pivoting=True)
+    sines = np.abs(np.diagonal(triangle))
+    sines = sines[sines > PARALLEL]
+    return [0, *order[: len(sines)].tolist()], float(sines.min(initial=1.0))
 
 
 def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], ways: Floats, node: int) -> None:
