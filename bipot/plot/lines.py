@@ -28,14 +28,10 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
     """The edges of plane elements (e, k) between nodes (a, 2), with their curvature; ``style`` is matplotlib's."""
-    from matplotlib.collections import LineCollection
-
     _require_plane(nodes, elements, "elements", "(e, k), as mesh.elements", "node numbers")
     edges = Facets.of(elements, Element.of(elements.shape[1])).nodes
-    lines = LineCollection(list(curved(nodes, edges)), **{"color": "0.6", "lw": 0.5, **style})
-    axes = axes_of(ax)
-    axes.add_collection(lines)
-    axes.autoscale_view()
+    lines = boundary(nodes, edges, ax, **{"color": "0.6", "lw": 0.5, **style})
+    axes_of(ax).autoscale_view()
     return lines
 
 
