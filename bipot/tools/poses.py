@@ -213,10 +213,7 @@ def rotation(angles: Floats) -> Floats:
     >>> (np.array([1.0, 0.0, 0.0]) @ rotation(np.array([0.0, 0.0, np.pi / 2])).T).round(12).tolist()
     [0.0, 1.0, 0.0]
     """
-    if len(angles) == 1:
-        (angle,) = angles
-        return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return np.eye(3) + _turned_by(angles)
+    return np.eye(2 if len(angles) == 1 else 3) + _turned_by(angles)
 
 
 def _turned_by(angles: Floats) -> Floats:
