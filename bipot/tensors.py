@@ -10,7 +10,7 @@ from functools import cache
 
 import numpy as np
 
-from bipot.typing import Floats, read_only
+from bipot.typing import Floats, Vector, read_only
 
 
 def components(dimension: int) -> int:
@@ -71,6 +71,12 @@ def deviator(t: Floats) -> Floats:
 def norm(t: Floats) -> Floats:
     """Euclidean norm over the last axis, (…, s) -> (…)."""
     return np.sqrt(np.vecdot(t, t))
+
+
+def unit(t: Floats, otherwise: Floats | Vector | float = 0.0) -> Floats:
+    """t/|t|, ``otherwise`` where t = 0, (…, d) -> (…, d)."""
+    length = norm(t)[..., None]
+    return np.divide(t, length, out=np.full(t.shape, otherwise), where=length > 0)
 
 
 def equivalent_stress(sigma: Floats) -> Floats:

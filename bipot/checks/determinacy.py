@@ -28,9 +28,8 @@ from scipy.linalg import null_space
 from bipot.basics.definite import definite
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Iterate
-from bipot.laws.projections import unit
 from bipot.programs.data import ContactRows
-from bipot.tensors import norm
+from bipot.tensors import norm, unit
 from bipot.typing import Bools, Floats, Ints, einsum, max_abs
 
 STICKS = 1e-8

@@ -38,9 +38,9 @@ import scipy.sparse as sp
 
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
-from bipot.laws.projections import unit
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
+from bipot.tensors import unit
 from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, Vector, read_only

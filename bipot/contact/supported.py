@@ -9,8 +9,7 @@ import numpy as np
 
 from bipot.contact.candidates import ROUND_OFF, Candidates
 from bipot.contact.closeness import TOUCHES, touches
-from bipot.laws.projections import unit
-from bipot.tensors import norm
+from bipot.tensors import norm, unit
 from bipot.tools.surfaces import across
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints

@@ -12,7 +12,8 @@ from typing import NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from bipot.laws import coulomb
-from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc, unit
+from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc
+from bipot.tensors import unit
 from bipot.typing import Floats, make_floats
 
 

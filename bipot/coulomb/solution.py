@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 from bipot.coulomb.problem import TIE, CoulombProblem
 from bipot.errors import require, require_type
 from bipot.laws import coulomb
-from bipot.laws.projections import project_cone, unit
-from bipot.tensors import norm
+from bipot.laws.projections import project_cone
+from bipot.tensors import norm, unit
 from bipot.typing import Floats, as_numbers, max_abs, require_within
 
 _EPS = float(np.finfo(np.float64).eps)
@@ -73,10 +73,6 @@ def _slip_distance(r: Floats, u: Floats, mu: Floats, e: Floats) -> Floats:
     return np.sqrt(u[:, 0] ** 2 + off_force**2 + off_slip**2)
 
 
-def _direction(t: Floats) -> Floats:
-    return np.where(norm(t)[:, None] > 0, unit(t), np.eye(1, t.shape[1]))
-
-
 def nearest_law(r: Floats, u: Floats, mu: Floats) -> Nearest:
     """Distance of each pair r, u (c, d) to Coulomb's law with mu (c,), in the common unit of both.
 
@@ -87,7 +83,8 @@ def nearest_law(r: Floats, u: Floats, mu: Floats) -> Nearest:
     >>> nearest_law(r, u, np.array([0.5, 0.5])).distance.tolist()
     [0.1, 0.0]
     """
-    slip = np.minimum(_slip_distance(r, u, mu, _direction(u[:, 1:])), _slip_distance(r, u, mu, _direction(-r[:, 1:])))
+    first = np.eye(1, r.shape[1] - 1)
+    slip = np.minimum(*(_slip_distance(r, u, mu, unit(along, first)) for along in (u[:, 1:], -r[:, 1:])))
     stick = np.hypot(norm(u), norm(r - project_cone(r, mu)))
     opened = np.hypot(norm(r), np.minimum(u[:, 0], 0.0))
     # Where branches tie, the one of least load, but never open: a violated gap must not hide behind its clearance.

@@ -11,14 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.tensors import norm
+from bipot.tensors import norm, unit
 from bipot.typing import Bools, Floats
-
-
-def unit(t: Floats) -> Floats:
-    """t/|t|, 0 where t = 0, (…, d-1) -> (…, d-1)."""
-    length = norm(t)[..., None]
-    return np.divide(t, length, out=np.zeros(t.shape), where=length > 0)
 
 
 def project_disc(t: Floats, radius: Floats | float) -> Floats:

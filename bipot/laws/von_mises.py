@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_type
 from bipot.laws.hardening import Hardening, require_hardening
-from bipot.laws.projections import unit
 from bipot.tensors import (
     contract,
     deviator,
@@ -27,6 +26,7 @@ from bipot.tensors import (
     identity,
     norm,
     trace,
+    unit,
 )
 from bipot.typing import Bools, Floats, einsum, make_floats, read_only
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require_magnitude, require_type
-from bipot.tensors import norm
+from bipot.tensors import norm, unit
 from bipot.tools.plane import angle_between, farther
 from bipot.tools.surfaces import Distance, Surface, Tips, place, reflected
 from bipot.typing import Bools, Floats, Vector, make_floats
@@ -78,8 +78,7 @@ class Circle(Surface):
         out, sign = x - np.array(self.centre), self._sign
         far = norm(out)
         safe = np.where(far > 0, far, 1.0)
-        normal = np.where((far > 0)[..., None], out / safe[..., None], (1.0, 0.0))
-        return Distance(sign * (far - self.radius), sign * normal, sign / safe)
+        return Distance(sign * (far - self.radius), sign * unit(out, (1.0, 0.0)), sign / safe)
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.gap`."""

@@ -23,7 +23,7 @@ import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_number, require_positive, require_type
 from bipot.paths import require_components, vector
-from bipot.tensors import norm
+from bipot.tensors import norm, unit
 from bipot.tools.circle import GRAZED, Circle, comes_out
 from bipot.tools.plane import farther
 from bipot.tools.profiles import wedge
@@ -193,9 +193,7 @@ class Revolved(Surface):
         out = out - z[..., None] * axis
         # Next to the axis this leaves round-off along it, which is comparable with the rest.
         out = out - (out @ axis)[..., None] * axis
-        r = norm(out)
-        outward = np.where((r > 0)[..., None], out / np.where(r > 0, r, 1.0)[..., None], frames(axis)[1])
-        return np.stack([r, z], axis=-1), outward
+        return np.stack([norm(out), z], axis=-1), unit(out, frames(axis)[1])
 
 
 def _in_space(value: Vector, field: str) -> Vector:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.tensors import norm
+from bipot.tensors import norm, unit
 from bipot.tools.circle import ROUND
 from bipot.tools.plane import angle_between, farther, leftwards
 from bipot.tools.surfaces import frames
@@ -109,7 +109,7 @@ class ProfilePieces:
         far = norm(out)
         safe = np.where(far > 0, far, 1.0)
         # At the centre no direction is nearest: the middle one is taken.
-        outward = np.where((far > 0)[..., None], out / safe[..., None], self.middle[round_])
+        outward = unit(out, self.middle[round_])
         around = self.rounds.arc[round_] + self.rounds.radius[round_] * self.rounds.angle(round_, outward)
         normal = np.where(is_round[..., None], turn[..., None] * outward, normal)
         foot = Foot(piece, gap, normal, np.where(is_round, turn / safe, 0.0), np.where(is_round, around, arc))
