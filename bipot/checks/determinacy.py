@@ -154,10 +154,9 @@ def openable(normal: Floats) -> tuple[Bools, Floats] | None:
     # scipy.optimize takes long to import, and most runs never come here.
     from scipy.optimize import linprog
 
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
     found = linprog(
         np.concatenate([np.zeros(free), -np.ones(count)]),
-        A_ub=np.hstack([-normal / np.where(length > 0, length, 1.0), np.eye(count)]),
+        A_ub=np.hstack([-unit(normal), np.eye(count)]),
         b_ub=np.zeros(count),
         bounds=[(None, None)] * free + [(0, 1)] * count,
         options={"maxiter": PIVOTS * (count + free)},
