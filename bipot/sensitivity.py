@@ -86,13 +86,14 @@ def sensitivities(
 
     ``scene_of`` takes the parameters by name. They may be anything that leaves the mesh its elements, and bodies and
     tools what touches what: coefficients of friction, those of materials, lengths, travels, loads. A parameter that is
-    zero, or far from the size at which it matters, needs that size in ``sizes``.
+    zero, or far from the size at which it matters, needs that size in ``sizes``. Pseudo-times at which paths turn are
+    no parameters: increments end there.
 
     Raises:
         SceneError: at once, a wrong type; no parameter, or one that is no finite number; scenes of other elements,
-            supports, tools, candidates or kinds of these; a material whose stress is not returned; an accuracy or
-            landings that are located, with which the increments themselves change with the parameters. With an
-            increment, a form of penalised contact.
+            supports, tools, candidates or kinds of these, or whose paths turn at other times; a material whose stress
+            is not returned; an accuracy or landings that are located, with which the increments themselves change with
+            the parameters. With an increment, a form of penalised contact.
         IncrementFailed: as of :func:`~bipot.marching.march`.
         ProgramError: nothing determines how the answer changes, as of a body that is held by nothing.
         InvertedElement: an element of a changed scene is inverted.
@@ -145,6 +146,8 @@ def _system(scene_of: Callable[..., Scene], at: Mapping[str, float], said: str, 
         require(all(map(np.array_equal, _numbering(system), _numbering(like))), said, "a scene", allowed)
         allowed = "of the same geometry, configuration, quadrature, volume change and kinds of material and tools"
         require(_kinds(scene) == _kinds(like.body.scene), said, "a scene", allowed)
+        kinks, allowed = like.body.scene.kinks, "as at first: increments end where paths turn, and miss later turns"
+        require(set(kinks) <= set(scene.kinks), f"{said}.kinks", scene.kinks, f"{kinks} {allowed}")
     return system
 
 

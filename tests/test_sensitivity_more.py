@@ -16,6 +16,7 @@ from bipot import (
     Limits,
     Newton,
     Scene,
+    SceneError,
     Schedule,
     Support,
     Swift,
@@ -63,3 +64,27 @@ def test_a_parameter_may_be_much_larger_than_the_size_at_which_it_matters():
     )
     ((_, near),) = sensitivities(lambda depth: upset(travel=-depth), {"depth": 1.0}, Schedule(1), EULER, sizes)
     np.testing.assert_allclose(far["depth"].tool_forces, near["depth"].tool_forces, rtol=1e-7)
+
+
+def turned_back(when, back=0.9):
+    """A lid that is lifted from the pseudo-time ``when`` on."""
+    scene = upset()
+    return replace(scene, tools=(replace(scene.tools[0], path=((0.0, 0.0), (when, 1.0), (1.0, back))),))
+
+
+def test_a_time_at_which_a_path_turns_is_no_parameter():
+    """Increments end where the path of the given scene turns: in between, a later turn would not be reached."""
+    with pytest.raises(SceneError, match=r"scene_of, when changed.kinks = .*: must be \(0.5,\)"):
+        sensitivities(turned_back, {"when": 0.5}, Schedule(4, 0.02), EULER)
+
+
+def test_how_far_a_path_goes_back_is_a_parameter_also_from_where_it_goes_straight_on():
+    """The changed path has a corner where the given one has none."""
+
+    def scene_of(half):
+        scene = upset()
+        return replace(scene, tools=(replace(scene.tools[0], path=((0.0, 0.0), (0.5, half), (1.0, 1.0))),))
+
+    slopes = [found["half"] for _, found in sensitivities(scene_of, {"half": 0.5}, Schedule(4, landings=(0.5,)), EULER)]
+    assert [slope.smooth for slope in slopes] == [True] * 4
+    assert -slopes[1].tool_forces[0, 1] > 1e3
