@@ -30,11 +30,13 @@ from bipot.control.accepted import Accepted
 from bipot.control.control import Control
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.forms import Cache
+from bipot.forms.memory import Setup
 from bipot.forms.newton import factorised
 from bipot.forms.point import Law, Point
 from bipot.iterate import Increment, Iterate
 from bipot.marching import march
 from bipot.programs.factors import DEFAULT
+from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Pieces
 from bipot.response import State
@@ -148,6 +150,7 @@ def _system(scene_of: Callable[..., Scene], at: Mapping[str, float], said: str, 
         require(_kinds(scene) == _kinds(like.body.scene), said, "a scene", allowed)
         kinks, allowed = like.body.scene.kinks, "as at first: increments end where paths turn, and miss later turns"
         require(set(kinks) <= set(scene.kinks), f"{said}.kinks", scene.kinks, f"{kinks} {allowed}")
+        system = replace(system, candidates=replace(system.candidates, like=like.candidates))
     return system
 
 
@@ -175,6 +178,7 @@ class _Tangent(NamedTuple):
     here: Point
     linearised: Linearised[Pieces]
     fraction: Floats
+    setup: Setup
 
     @staticmethod
     def of(accepted: Accepted, cache: Cache) -> _Tangent:
@@ -189,7 +193,22 @@ class _Tangent(NamedTuple):
         here = law.point(iterate, r, None)
         element = iterate.tangent(r, setup.scratch)
         linearised = factorised(here, element, law.frames_at(iterate), setup, DEFAULT)
-        return _Tangent(iterate.increment.tau, iterate.x, r, law, here, linearised, _carried(iterate, accepted.start))
+        fraction = _carried(iterate, accepted.start)
+        return _Tangent(iterate.increment.tau, iterate.x, r, law, here, linearised, fraction, setup)
+
+    def at(self, other: Iterate) -> tuple[_Tangent, bool]:
+        """That of an ``other`` scene's iterate, and whether its contacts act on unknowns by the same rows.
+
+        Where these are on other unknowns, as at a lid that is tilted out of an axis, the matrix is made anew.
+        """
+        (row, unknown, _), (its, there, _) = self.here.iterate.rows.entries, other.rows.entries
+        if np.array_equal(row, its) and np.array_equal(unknown, there):
+            return self, True
+        frames = Frames.of(other.rows, self.setup.pattern)
+        law = replace(self.law, frames=frames)
+        here = law.at(other, self.r, self.here.pieces)
+        matrix = factorised(here, other.tangent(self.r, self.setup.scratch), frames, self.setup, DEFAULT)
+        return self._replace(law=law, linearised=matrix), set(row.tolist()) == set(its.tolist())
 
 
 def _carried(iterate: Iterate, start: State) -> Floats:
@@ -220,7 +239,8 @@ class _Beside:
         start, body = self.state, self.system.body
         begun = start if start.flow is None else body.carried_on(start, start.flow.times(tangent.fraction))
         increment = Increment(self.system, begun, tangent.tau, accepted=start)
-        end, forces, smooth, moves = increment.at(tangent.x), tangent.r, True, list[float]()
+        end, forces, moves = increment.at(tangent.x), tangent.r, list[float]()
+        tangent, smooth = tangent.at(end)
         # Until steps are small, or no longer fall: what is left is round-off.
         while len(moves) < 2 or (len(moves) < STEPS and ENOUGH * moves[0] < moves[-1] < moves[-2] / 2):
             point = tangent.law.point(end, forces, tangent.here.pieces)

@@ -15,25 +15,35 @@ from bipot import (
     Integration,
     Limits,
     Newton,
+    Pressure,
     Scene,
     SceneError,
     Schedule,
+    ShapedTool,
     Support,
     Swift,
     Symmetry,
+    Traction,
     VonMises,
+    block,
+    brick,
     cylinder,
+    march,
     sensitivities,
+    sphere,
 )
 
 EULER = Control(Newton(), integration=Integration.BACKWARD_EULER)
 
 
+def metal(strength=600.0):
+    return VonMises(Elasticity(210e3, 0.3), Swift(strength, 0.002, 0.2))
+
+
 def upset(mu=0.1, strength=600.0, travel=-1.0):
     lid = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, travel), ("top", "side"), mu=mu)
-    metal = VonMises(Elasticity(210e3, 0.3), Swift(strength, 0.002, 0.2))
     supports = Support("axis", 0), Symmetry("base", 1)
-    return Scene(cylinder(5.0, 5.0, 4, 4), Geometry.AXISYMMETRIC, metal, supports, (lid,))
+    return Scene(cylinder(5.0, 5.0, 4, 4), Geometry.AXISYMMETRIC, metal(strength), supports, (lid,))
 
 
 def test_with_loose_bounds_they_are_those_of_exact_answers():
@@ -88,3 +98,59 @@ def test_how_far_a_path_goes_back_is_a_parameter_also_from_where_it_goes_straigh
     slopes = [found["half"] for _, found in sensitivities(scene_of, {"half": 0.5}, Schedule(4, landings=(0.5,)), EULER)]
     assert [slope.smooth for slope in slopes] == [True] * 4
     assert -slopes[1].tool_forces[0, 1] > 1e3
+
+
+def tilted_in_plane(angle, mu=0.0):
+    """A lid that leaves the axis of a plane: its rows act on unknowns on which they did not."""
+    lid = FlatTool((3.0, 4.0), (np.sin(angle), -np.cos(angle)), (0.05, -0.2), ("top",), mu=mu)
+    supports = Support("base", 0), Support("base", 1)
+    return Scene(block(6.0, 4.0, 5, 4), Geometry.PLANE_STRAIN, metal(), supports, (lid,))
+
+
+def tilted(angle, mu=0.3, supports=()):
+    """The same in space, where tangents could be others from there on."""
+    normal = (np.sin(angle), 0.0, -np.cos(angle))
+    lid = FlatTool((2.0, 2.0, 3.0), normal, (0.1, 0.05, -0.2), ("top",), mu=mu)
+    held = (*(Support("base", i) for i in range(3)), *supports)
+    return Scene(brick(4.0, 4.0, 3.0, 2, 2, 1), Geometry.SOLID, metal(), held, (lid,))
+
+
+def dented(width, mu=0.2):
+    """A ball over the corner of a square block, seen from which the normal has two components alike."""
+    ball = ShapedTool(sphere((0.0, 0.0, 9.0), 6.0), (0.0, 0.0, -0.3), ("top",), mu=mu)
+    supports = Symmetry("base", 2), Symmetry("left", 0), Symmetry("front", 1)
+    loads = Pressure("right", 20.0), Traction("back", (0.0, 7.0, 0.0))
+    return Scene(brick(width, 4.0, 3.0, 3, 3, 2), Geometry.SOLID, metal(), supports, (ball,), loads=loads)
+
+
+@pytest.mark.parametrize(
+    ("scene_of", "name", "value", "size"),
+    [
+        (tilted_in_plane, "angle", 0.0, 0.02),
+        (tilted, "angle", 0.0, 0.02),
+        (dented, "width", 4.0, 4.0),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+def test_where_rows_or_their_frames_would_jump_slopes_are_those_of_two_marches(scene_of, name, value, size):
+    schedule, h = Schedule(2, 0.1), 1e-4 * size
+    exact = replace(EULER, limits=Limits(Bounds(equilibrium=1e-13, law=1e-12)))
+    *_, (_, found) = sensitivities(scene_of, {name: value}, schedule, exact, {name: size})
+    more, less = ([*march(scene_of(**{name: value + s}), schedule, exact)][-1] for s in (h, -h))
+    for known, slope in (
+        ((more.tool_forces - less.tool_forces) / (2 * h), found[name].tool_forces),
+        ((more.state.stress - less.state.stress) / (2 * h), found[name].stress),
+    ):
+        assert np.abs(slope - known).max() <= 3e-5 * np.abs(known).max()
+    assert found[name].smooth
+    assert found[name].resolved
+
+
+def test_where_friction_comes_to_act_on_an_unknown_there_is_no_slope():
+    """On a side that is held along x a level lid rubs along y alone, a tilted one downwards, too."""
+
+    def scene_of(angle):
+        return tilted(angle, supports=(Support("left", 0),))
+
+    _, found = next(sensitivities(scene_of, {"angle": 0.0}, Schedule(1), EULER, {"angle": 0.02}))
+    assert not found["angle"].smooth

@@ -35,7 +35,6 @@ from bipot import (
     plot,
 )
 from bipot.checks.free import free
-from bipot.contact import candidates
 from bipot.forms import Delassus, Penalty, Uzawa
 from bipot.iterate import Increment
 from bipot.results import Recorder
@@ -127,7 +126,7 @@ def test_frames_turned_about_the_normal_change_nothing(form, monkeypatch):
     """By another angle at every call's every candidate of a punch that drags the block askew."""
     schedule, control, ends = Schedule(3, first=0.1), Control(form, ()), []
     for spread in (0.0, 1.7):
-        for module in (candidates, meeting, slips):
+        for module in (meeting, slips):
             monkeypatch.setattr(module, "frames", lambda normal, spread=spread: spun(normal, spread))
         ends.append(list(march(dragged(np.eye(3)), schedule, control))[-1])
     one, other = ends

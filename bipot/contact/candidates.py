@@ -33,7 +33,7 @@ from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
-from bipot.tools.surfaces import frames
+from bipot.tools.slips import framed
 from bipot.typing import Bools, Floats, Ints, einsum
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
@@ -52,7 +52,7 @@ class Candidates:
     They are ``means`` of nodes, and those of the tools' ``points`` that may move; ``number`` has, tool by tool, the
     candidate (p,) of each point, or -1. ``tangent_free`` (c,) marks those that may have friction: a node of theirs may
     move along a tangent, and symmetry does not make slip and shear zero. ``tangent_held`` (c,) marks those of which
-    supports hold all nodes along the tangents.
+    supports hold all nodes along the tangents. Frames in space follow those ``like`` these, of a scene next to theirs.
     """
 
     scene: Scene
@@ -66,6 +66,7 @@ class Candidates:
     tangent_held: Bools
     mu: Floats
     shear: Floats
+    like: Candidates | None = None
 
     @cached_property
     def capped(self) -> bool:
@@ -113,7 +114,7 @@ class Candidates:
         normal = np.empty_like(x)
         for mine, tool in zip(self.owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
-        found = frames(normal)
+        found = framed(normal, None if self.like is None else self.like._reference)
         # At curved tools slips along held directions are zero only to round-off, so that turned tangents are no use.
         useful = x.shape[1] == 3 and not self.curved
         return along_what_is_held(found, self.means, self.scene.holding) if useful else found

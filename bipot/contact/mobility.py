@@ -166,6 +166,8 @@ def along_what_is_held(frames: Floats, means: Means, holding: Holding) -> Floats
     least = HELD * np.abs(left).max(axis=(1, 2))
     turns = (size[:, 0] <= least) & (size[:, 1] > least) & (np.abs(left[:, 0, 1]) > least)
     out, held = frames.copy(), ways[turns, :, 0]
+    # The nearest of the four: frames of scenes next to each other stay so.
+    held = np.where(np.abs(held[:, :1]) < np.abs(held[:, 1:]), held[:, ::-1] * (1.0, -1.0), held)
     held = held * np.where(held[:, :1] < 0, -1.0, 1.0)
     out[turns, 1] = einsum("ci,cij->cj", held, tangents[turns])
     out[turns, 2] = np.cross(frames[turns, 0], out[turns, 1])

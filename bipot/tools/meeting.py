@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from bipot.tools.aloft import Carried, Way
 from bipot.tools.parts import Parts
 from bipot.tools.poses import rotation
-from bipot.tools.slips import Slip, measured, spin, transported
+from bipot.tools.slips import Slip, framed, measured, spin
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints, Scalar, einsum
@@ -128,7 +128,7 @@ class Faces:
 
     def _framed(self, normal: Floats) -> Floats:
         """Frames (w, d, d) of the normals (w, d)."""
-        return frames(normal) if normal.shape[1] == 2 else transported(self.reference, normal)
+        return framed(normal, self.reference)
 
     def arms(self, x: Floats, placed: Floats) -> Floats:
         """The ``arm`` (w, d) of :class:`Meeting` of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""

@@ -54,6 +54,14 @@ def transported(reference: Floats, normal: Floats) -> Floats:
     return np.concatenate([normal[:, None], tangents], axis=1)
 
 
+def framed(normal: Floats, reference: Floats | None) -> Floats:
+    """Frames (c, d, d) of unit normals (c, d), in space next to the ``reference`` frames (c, d, d) if there are any.
+
+    Those of :func:`~bipot.tools.surfaces.frames` jump where the least component of a normal becomes another one.
+    """
+    return frames(normal) if reference is None or normal.shape[1] == 2 else transported(reference, normal)
+
+
 def spin(reference: Floats, normal: Floats) -> Floats:
     """The derivative (c, 3) by the normal of how far transported frames turn about it: t_2 . dt_1 = spin . dn."""
     a = reference[:, 0]
