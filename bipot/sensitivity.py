@@ -55,8 +55,9 @@ STEPS, ENOUGH = 12, 1e-6
 """Most steps to a changed answer, and the part of the first step at which they end. What the matrix leaves out, changes
 of caps of friction and of ways through the air to tools that forces drive, leaves some hundredths to the second."""
 
-RESOLVED = 1e-10
-"""Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth."""
+RESOLVED, LEFT = 1e-10, 1e-3
+"""Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth; part
+of the change of places, or of as much as that, above which a last step says that the answer was not found."""
 
 
 @dataclass(frozen=True)
@@ -65,8 +66,8 @@ class Slope:
 
     These are ``nodes`` (a, d), ``stress`` (e, q, s) and ``peeq`` (e, q). ``smooth`` says that all contacts stay on
     their pieces of the law as the parameter grows: touching or not, stuck or sliding; ``resolved`` that round-off is
-    not more than a thousandth of the largest slope of forces, or of that of nodes: the parameter matters by then.
-    Arrays are read-only.
+    not more than a thousandth of the largest slope of forces, or of that of nodes: the parameter matters by then, and
+    the steps to the changed answer have come to their end. Arrays are read-only.
     """
 
     tool_forces: Floats
@@ -222,12 +223,16 @@ def _carried(iterate: Iterate, start: State) -> Floats:
 
 @dataclass
 class _Beside:
-    """A scene that goes along with the march, at its ``state``; what its tools bear and whether it is ``smooth``."""
+    """A scene that goes along with the march, at its ``state``; what its tools bear and whether it is ``smooth``.
+
+    The last step to its answer ``left`` as much.
+    """
 
     system: System
     state: State
     tool_forces: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     smooth: bool = True
+    left: float = 0.0
 
     @staticmethod
     def of(system: System) -> _Beside:
@@ -250,7 +255,7 @@ class _Beside:
             end, forces = increment.at(end.x + dx), point.pieces.at_caps(np.where(point.pieces.none, 0.0, new))
             smooth = smooth and _same(point.pieces, tangent.here.pieces)
             moves.append(max_abs(dx))
-        self.tool_forces, self.smooth = end.tool_forces(forces), smooth
+        self.tool_forces, self.smooth, self.left = end.tool_forces(forces), smooth, moves[-1]
         self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
 
 
@@ -275,8 +280,9 @@ def _slopes(
 def _slope(same: _Beside, other: _Beside, h: float) -> Slope:
     """The slope by a parameter that is changed by ``h`` in the ``other`` scene."""
     (force, now), (changed, then) = ((beside.tool_forces, beside.state) for beside in (same, other))
-    size = same.system.body.scene.size
-    resolved = max_abs(changed - force) > RESOLVED * max_abs(force) or max_abs(then.nodes - now.nodes) > RESOLVED * size
+    least, moved = RESOLVED * same.system.body.scene.size, max_abs(then.nodes - now.nodes)
+    matters = max_abs(changed - force) > RESOLVED * max_abs(force) or moved > least
+    resolved = matters and same.left + other.left <= LEFT * max(moved, least)
     return Slope(
         tool_forces=read_only((changed - force) / h, np.float64),
         nodes=read_only((then.nodes - now.nodes) / h, np.float64),

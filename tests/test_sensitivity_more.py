@@ -154,3 +154,17 @@ def test_where_friction_comes_to_act_on_an_unknown_there_is_no_slope():
 
     _, found = next(sensitivities(scene_of, {"angle": 0.0}, Schedule(1), EULER, {"angle": 0.02}))
     assert not found["angle"].smooth
+
+
+def test_an_answer_to_which_steps_have_not_come_is_not_resolved(monkeypatch):
+    """Two steps beside caps of friction, whose change Newton's matrix leaves out."""
+
+    def scene_of(travel):
+        scene = upset(mu=0.4, travel=travel)
+        return replace(scene, tools=(replace(scene.tools[0], shear=0.3),))
+
+    asked = scene_of, {"travel": -1.0}, Schedule(4, 0.02), EULER
+    assert all(found["travel"].resolved for _, found in sensitivities(*asked))
+    monkeypatch.setattr("bipot.sensitivity.ENOUGH", 1.0)
+    monkeypatch.setattr("bipot.sensitivity.LEFT", 1e-5)
+    assert not all(found["travel"].resolved for _, found in sensitivities(*asked))
