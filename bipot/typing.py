@@ -152,3 +152,6 @@ class FrozenMap(Mapping[Key, Value]):
 
     def __repr__(self) -> str:
         return f"FrozenMap({self._items!r})"
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._items.items()))

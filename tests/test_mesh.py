@@ -169,3 +169,14 @@ def test_boundaries_are_added_to_those_of_a_mesh_as_to_a_dictionary():
     top = mesh.boundary("top")
     more = Mesh(mesh.nodes, mesh.elements, mesh.boundaries | {"below": top[:2]})
     assert set(more.boundaries) == {"left", "right", "base", "top", "below"}
+
+
+def test_meshes_are_equal_where_all_their_numbers_are():
+    one, same, other = block(6.0, 4.0, 4, 3), block(6.0, 4.0, 4, 3), block(6.0, 4.5, 4, 3)
+    fewer = Mesh(one.nodes, one.elements, {"top": one.boundary("top")})
+    assert one == same
+    assert hash(one) == hash(same)
+    assert one != other
+    assert one != fewer
+    assert one != 3
+    assert {one: 1}[same] == 1

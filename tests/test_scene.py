@@ -1,5 +1,7 @@
 """Scenes refuse bad input when they are made, naming field, value and range."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -93,3 +95,13 @@ def test_a_scene_without_supports_holds_nothing():
 def test_tool_offset_follows_its_travel():
     assert tool().face.offset(tool().moved(0.0, 0.0)) == pytest.approx(-1.0)
     assert tool().face.offset(tool().moved(0.0, 1.0)) == pytest.approx(-0.9)
+
+
+def test_scenes_are_equal_where_all_their_parts_are():
+    """As those that come back from another process, or keys of what was solved before."""
+    one, other = upsetting(mu=0.1, elements=2), upsetting(mu=0.2, elements=2)
+    back = pickle.loads(pickle.dumps(one))
+    assert back == one
+    assert hash(back) == hash(one)
+    assert one != other
+    assert len({one, back, other}) == 2

@@ -29,13 +29,13 @@ FARTHEST = 1e6
 1e-9."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Mesh:
     """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of facets (f, n).
 
-    All are read-only copies. The number of nodes of an element tells its kind. Nodes of a facet may be given in any
-    order, such as that of mesh files (end, end, middle), since the elements determine it. Edges keep their direction,
-    faces are as seen from outside their element.
+    All are read-only copies; meshes are equal where all these are. The number of nodes of an element tells its kind.
+    Nodes of a facet may be given in any order, such as that of mesh files (end, end, middle), since the elements
+    determine it. Edges keep their direction, faces are as seen from outside their element.
 
     Raises:
         SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
@@ -79,6 +79,19 @@ class Mesh:
         """
         counts = f"{len(self.elements)} {self.element.name} elements, {len(self.nodes)} nodes"
         return f"Mesh({counts}; boundaries {', '.join(sorted(self.boundaries)) or 'none'})"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mesh) and self._numbers == other._numbers
+
+    def __hash__(self) -> int:
+        return hash(self._numbers)
+
+    @property
+    def _numbers(self) -> tuple[object, ...]:
+        """All that tells it from other meshes."""
+        facets = frozenset((name, array.tobytes()) for name, array in self.boundaries.items())
+        # Zeros are equal whatever their sign.
+        return self.nodes.shape, (self.nodes + 0.0).tobytes(), self.elements.tobytes(), facets
 
     @classmethod
     def from_skfem(cls, mesh: Any) -> Mesh:
