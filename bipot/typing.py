@@ -54,11 +54,12 @@ def max_abs(values: NDArray[Any]) -> float:
 
 
 def as_array(values: object, field: str) -> NDArray[Any]:
-    """``values`` as an array; raises SceneError where they are no rows of one length.
+    """``values`` as an array; raises SceneError where they are no rows of one length, or one is masked.
 
     >>> as_array([[1, 2], [3, 4]], "table").shape
     (2, 2)
     """
+    require(not np.ma.is_masked(values), field, "with masked values", "numbers throughout")
     try:
         return np.asarray(values)
     except (ValueError, TypeError) as error:
@@ -67,7 +68,6 @@ def as_array(values: object, field: str) -> NDArray[Any]:
 
 def as_numbers(values: object, field: str) -> Floats:
     """``values`` as an array of floats; raises SceneError where they are not numbers, or one is masked."""
-    require(not np.ma.is_masked(values), field, "with masked values", "numbers throughout")
     array = as_array(values, field)
     # A name of the type takes longer to make than the check.
     if array.dtype.kind not in "fiu":

@@ -171,3 +171,9 @@ def test_a_load_may_not_act_on_an_edge_inside_the_body(load, field):
 def test_the_first_number_beyond_the_nodes_is_no_node():
     assert scene(loads=(PointForce(len(SQUARE.nodes) - 1, (0.0, 1.0)),)).loads
     refused(lambda: scene(loads=(PointForce(len(SQUARE.nodes), (0.0, 1.0)),)), r"point force\.node")
+
+
+def test_a_masked_coordinate_is_refused():
+    mesh = block(1.0, 1.0, 1, 1)
+    nodes = np.ma.masked_array(mesh.nodes, mask=mesh.nodes == 1.0)
+    refused(lambda: Mesh(nodes, mesh.elements), r"mesh.nodes = 'with masked values'")
