@@ -69,7 +69,7 @@ def test_frames_turned_by_any_angle_change_nothing(monkeypatch, angle):
         out[:, 2] = np.cos(turns) * second - np.sin(turns) * first
         return out
 
-    monkeypatch.setattr("bipot.contact.candidates.frames", other)
+    monkeypatch.setattr("bipot.tools.slips.frames", other)
     two = marched(scene, increments=6, bounds=TIGHT)
     r, turned_r = one[-1].solved.r, two[-1].solved.r
     assert np.abs(r - turned_r).max() > 0.1 * np.abs(r[:, 1:]).max()
