@@ -52,8 +52,8 @@ LEAST = 1e-200
 """A change below this, or above its inverse, leaves no room for slopes among floats."""
 
 STEPS, ENOUGH = 12, 1e-6
-"""Most steps to a changed answer, and the part of the first step at which they end. What the matrix leaves out, changes
-of caps of friction and of ways through the air to tools that forces drive, leaves some hundredths to the second."""
+"""Most steps to a changed answer, and the part of the first step at which they end. Each step leaves a part of what the
+matrix leaves out: changes of caps of friction, and of ways through the air to tools that forces drive."""
 
 RESOLVED, LEFT = 1e-10, 1e-3
 """Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth; part
