@@ -35,7 +35,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
-from bipot.laws.material import Material
+from bipot.laws.material import Materials
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats, make_floats, max_abs, vdot
 
@@ -80,7 +80,7 @@ class MaterialFields:
     elastic_stress: Floats
     peeq: Floats
     weight: Floats
-    material: Material
+    material: Materials
 
     @cached_property
     def yield_stress(self) -> Floats:
@@ -261,14 +261,14 @@ def material_gaps(material: MaterialFields) -> Floats:
     m = material
     fenchel = m.dissipation - np.vecdot(m.stress, m.plastic_strain)
     mismatch = m.stress - m.elastic_stress
-    elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.material.elasticity.compliance(m.stress.shape[-1]))
+    elastic = 0.5 * np.vecdot(mismatch, m.material.elasticity.strain(mismatch))
     return m.weight * (np.abs(fenchel) + elastic)
 
 
 def _energies(material: MaterialFields) -> tuple[float, float]:
     """Plastic dissipation, and the sum over points of the magnitude of the change of stored energy."""
     m = material
-    change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
+    change = m.material.elasticity.strain(m.stress - m.before)
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
     return vdot(m.weight, m.dissipation), float(stored.sum())
 

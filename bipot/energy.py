@@ -101,7 +101,7 @@ class Energies:
         theta, kin, scene = rule.value, solved.response.kinematics, system.body.scene
         before, plastic_before = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
-        elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
+        elastic = scene.materials.elasticity.strain(end.stress - before)
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
         against = np.vecdot(r[:, 1:], solved.iterate.slipped)
         touching = in_touch(start, solved.iterate, solved.r)

@@ -26,7 +26,7 @@ from bipot.programs.limit import UNMOVED, LimitProgram, Mechanism, sliding, unit
 from bipot.response import Body
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
-from bipot.system import system_of
+from bipot.system import System, system_of
 from bipot.tensors import identity
 from bipot.typing import Bools, Floats, einsum, max_abs, read_only, require_within
 
@@ -72,9 +72,11 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     load = _load(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
     require(max_abs(load) > _round_off(increment), f"largest nodal load at tau = {tau}", max_abs(load), allowed)
-    sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
-    saturates = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
-    require(saturates, "scene.material", scene.material, "one that flows at a last yield stress")
+    near, last = (
+        scene.materials.yield_stress(np.full_like(system.parts, peeq)) for peeq in (SATURATED / 10, SATURATED)
+    )
+    saturates = bool(np.isfinite(last).all() and (last <= (1 + HARDENS) * near).all())
+    require(saturates, "scene.material, or of its regions", scene.material, "one that flows at a last yield stress")
     touching = _touching(increment)
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touches = bool(touching[system.candidates.tool == k].any())
@@ -140,11 +142,10 @@ def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism 
 
 def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism of plastic flow."""
-    scene = increment.system.body.scene
-    if not np.isfinite(scene.material.yield_stress(0.0)):
+    if not np.isfinite(increment.system.yield_stress).all():
         raise InfeasibleProgram("an elastic body does not flow")
     found = _program(increment, load, rows).mechanism()
-    return replace(found, v=found.v / _units(scene).force)
+    return replace(found, v=found.v / _units(increment.system).force)
 
 
 def _load(increment: Increment) -> Floats:
@@ -164,15 +165,16 @@ def _cancelled(scene: Scene) -> float:
     return CANCELLED * (1 + float(np.abs(scene.mesh.nodes).max()) / scene.mesh.size)
 
 
-def _units(scene: Scene) -> Units:
+def _units(system: System) -> Units:
     """The units of the program: independent of the load, with the body's least extent as length.
 
     With its length as unit, strains of a slender body would be large numbers, whose small sum solvers lose.
     """
+    scene = system.body.scene
     x = scene.mesh.nodes - scene.mesh.nodes.mean(axis=0)
     # Of a block's principal axes the least extent is the root of twelve times the deviation along it.
     size = float(np.sqrt(12 / len(x)) * np.linalg.svd(x, compute_uv=False)[-1])
-    return Units(size, size, float(scene.material.yield_stress(0.0)), size**scene.geometry.reduction.extents)
+    return Units(size, size, float(system.yield_stress.min()), size**scene.geometry.reduction.extents)
 
 
 def _touching(increment: Increment) -> Bools:
@@ -193,10 +195,10 @@ def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_
 
 def _program(increment: Increment, load: Floats, rows: ContactRows) -> LimitProgram:
     """The kinematic program in :func:`_units`, for the load (n,) and contact rows."""
-    body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
+    body, state, units = increment.system.body, increment.start, _units(increment.system)
     response = body.respond(state, np.zeros(body.space.size))
     model = body.plastic_model(response)
-    last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
+    last = body.scene.materials.yield_stress(np.full(model.threshold.shape, SATURATED))
     # The scaled model of a form caps yield stresses that are out of its reach; a limit load may reach them.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
     volumes = None if body.projection is None else _independent(body, response.kinematics, body.projection)

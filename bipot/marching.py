@@ -74,7 +74,7 @@ def march(
     # Flow carried on takes the stress off the yield surface until the return brings it back.
     allowed = f"{Integration.BACKWARD_EULER.value!r} where the stress is not returned to the yield surface"
     second = control.integration is Integration.BDF2
-    require(not (second and scene.material.drifts), "integration", control.integration.value, allowed)
+    require(not (second and scene.materials.drifts), "integration", control.integration.value, allowed)
     system = system_of(scene)
     course = course_of(start, system, control.limits.bounds.equilibrium)
     pacer = None if schedule.accuracy is None else Pacer(schedule.accuracy)

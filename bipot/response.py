@@ -23,11 +23,11 @@ from bipot.fem.orientation import refuse_folded
 from bipot.fem.projection import Projection
 from bipot.fem.strain import Scratch, Stresses
 from bipot.laws.flow import Flow
-from bipot.laws.von_mises import Returned, TangentKind, isotropic
+from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
-from bipot.tensors import contract, deviatoric_basis, equivalent_stress, identity, trace
-from bipot.typing import Floats, as_numbers, max_abs, read_only
+from bipot.tensors import deviatoric_basis, deviatoric_projector, equivalent_stress, identity, trace
+from bipot.typing import Floats, as_numbers, max_abs, read_only, times
 
 STILL = 1e-9
 """A motion below this fraction of the body's size is what is left of balance, in a body that nothing touches."""
@@ -150,7 +150,8 @@ class Body:
 
     def carried_on(self, state: State, flow: Flow) -> State:
         """The start of an increment of BDF2: ``state`` after ``flow`` at fixed strain (:mod:`bipot.laws.flow`)."""
-        stress = state.stress - 2 * self.scene.material.elasticity.shear * flow.strain
+        shear = np.asarray(self.scene.materials.elasticity.shear)[..., None]
+        stress = state.stress - 2 * shear * flow.strain
         plastic_strain = state.plastic_strain + flow.strain
         return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
 
@@ -165,7 +166,7 @@ class Body:
         du, origin = space_.spread(x) + driven, self.scene.origin(state.nodes)
         kin = measure.increment(origin, du, mesh.elements, space_.reference, geometry, self.projection)
         rotated = kin.turned(state.stress)
-        returned = self.scene.material.update(rotated, kin.strain, state.peeq)
+        returned = self.scene.materials.update(rotated, kin.strain, state.peeq)
         forces = element_force(kin, returned.stress)
         return Response(state, x, du, kin, rotated, returned, forces, space_.vector(forces))
 
@@ -184,13 +185,18 @@ class Body:
 
     def _moduli(self, response: Response, kind: TangentKind) -> Floats:
         """C (e, q, s, s) or (s, s) at the response."""
-        return self.scene.material.tangent(response.rotated, response.returned, response.state.peeq, kind)
+        return self.scene.materials.tangent(response.rotated, response.returned, response.state.peeq, kind)
 
-    def softened(self, response: Response, shear: float) -> tuple[Floats, Floats]:
-        """Internal forces (n,) and element matrices (e, dk, dk) of an elastic body with that modulus of ``shear``."""
-        kin = response.kinematics
-        C = isotropic(self.scene.material.elasticity.bulk, 2 * shear, kin.reduction.mandel)
-        forces = element_force(kin, contract(kin.strain, C))
+    def softened(self, response: Response, shear: Floats) -> tuple[Floats, Floats]:
+        """Internal forces (n,) and element matrices (e, dk, dk) of an elastic body with moduli of ``shear`` (e, 1)."""
+        kin, mandel, bulk = (
+            response.kinematics,
+            response.kinematics.reduction.mandel,
+            self.scene.materials.elasticity.bulk,
+        )
+        volumetric = np.multiply.outer(np.broadcast_to(bulk, shear.shape), np.outer(identity(mandel), identity(mandel)))
+        C = volumetric + np.multiply.outer(2 * shear, deviatoric_projector(mandel))
+        forces = element_force(kin, times(C, kin.strain))
         return self.space.vector(forces), element_stiffness(kin, C)
 
     def scratch(self) -> Scratch:
@@ -204,20 +210,20 @@ class Body:
 
         They are stored in ``scratch`` if given, and valid until it is used again.
         """
-        scene = self.scene
+        scene, elastic = self.scene, self.scene.materials.elasticity
         stresses = Stresses(
             rotated=response.rotated,
             returned=response.returned.stress,
             moduli=self._moduli(response, TangentKind.CONSISTENT),
-            shear=scene.material.elasticity.shear,
-            bulk=scene.material.elasticity.bulk,
+            shear=np.asarray(elastic.shear)[..., None],
+            bulk=np.asarray(elastic.bulk)[..., None],
         )
         return scene.configuration.measure.tangent(response.kinematics, stresses, scratch or self.scratch())
 
     def plastic_model(self, response: Response) -> PlasticModel:
         """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""
-        kin, state, material = response.kinematics, response.state, self.scene.material
-        mandel, points = kin.reduction.mandel, state.peeq.size
+        kin, state, material = response.kinematics, response.state, self.scene.materials
+        mandel, points, elastic = kin.reduction.mandel, state.peeq.size, material.elasticity
         basis = deviatoric_basis(mandel)
         volumetric = self.space.operator((identity(mandel) @ kin.B).reshape(points, 1, -1))
         deviatoric = self.space.operator((basis @ kin.B).reshape(points, len(basis), -1))
@@ -235,14 +241,13 @@ class Body:
             kin.volume.ravel(),
             material.yield_stress(peeq) - slope * response.returned.dpeeq.ravel(),
             slope,
-            material.elasticity.bulk,
-            material.elasticity.shear,
+            *(np.broadcast_to(of, state.peeq.shape).ravel() for of in (elastic.bulk, elastic.shear)),
         )
 
     def fields(self, response: Response) -> MaterialFields:
         """The material's fields at the response that the certificate needs."""
-        kin, returned, material = response.kinematics, response.returned, self.scene.material
-        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(kin.reduction.mandel)
+        kin, returned, material = response.kinematics, response.returned, self.scene.materials
+        sigma_e = returned.trial - material.elasticity.stress(returned.plastic_strain)
         points = (-1, kin.reduction.mandel)
         return MaterialFields(
             before=response.rotated.reshape(points),

@@ -110,7 +110,7 @@ def sensitivities(
     require(control.locate is None, "control.locate", control.locate, allowed)
     at, changes = _changed(at, sizes)
     system = _system(scene_of, at, "scene_of(**at)")
-    material, allowed = system.body.scene.material, "one whose stress is returned to the yield surface"
+    material, allowed = system.body.scene.materials, "one whose stress is returned to the yield surface"
     require(not material.drifts, "material", material, allowed)
     others = {
         name: _system(scene_of, {**at, name: at[name] + h}, f"scene_of, {name} changed", system)
@@ -166,7 +166,8 @@ def _kinds(scene: Scene) -> tuple[object, ...]:
     """What must be equal for the body's response and the tools' rows to be the same functions."""
     tools = tuple((tool.flat, type(tool.face), tool.sampling, tool.driven_by is None) for tool in scene.tools)
     body = scene.mesh.element, scene.geometry, scene.configuration, scene.rule, scene.volume_change
-    return *body, type(scene.material), tools
+    materials = type(scene.material), {name: type(own) for name, own in scene.regions.items()}
+    return *body, *materials, tools
 
 
 class _Tangent(NamedTuple):

@@ -54,6 +54,11 @@ class System:
         volume = self.body.space.gradients(self.body.scene.mesh.nodes).volume
         return volume / float(volume.sum())
 
+    @cached_property
+    def yield_stress(self) -> Floats:
+        """sigma_Y (e, q) of the body at rest; inf where it does not flow."""
+        return self.body.scene.materials.yield_stress(np.zeros_like(self.parts))
+
     def load(self, nodal: Floats, tau: float) -> Floats:
         """The load on the unknowns (n,): ``nodal`` loads (a, d) and the driving forces of tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
@@ -111,7 +116,7 @@ class System:
     @cached_property
     def rigidity(self) -> Rigidity:
         """See :class:`Rigidity`."""
-        body, elastic = self.body, self.body.scene.material.elasticity
+        body, elastic = self.body, self.body.scene.materials.elasticity
         mesh = body.scene.mesh
         placed = body.space.gradients(mesh.nodes)
         B, C = placed.B, elastic.stiffness(placed.reduction.mandel)
@@ -139,7 +144,11 @@ class System:
         round-off from increment to increment, and in units of that a program has forces but no stiffness left.
         """
         scene, space, rigidity = self.body.scene, self.body.space, self.rigidity
-        young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(start.stress).max())
+        young, size, stress = (
+            max_abs(scene.materials.elasticity.young),
+            scene.mesh.size,
+            float(norm(start.stress).max()),
+        )
         moved, loaded = float(norm(start.du).max()), 0.0
         if scene.loads or scene.drives:
             nodes = norm(space.spread(new_load)) / rigidity.nodal
@@ -149,7 +158,7 @@ class System:
         length = max(prescribed or moved, loaded) or max(released, LEAST_MOTION * size)
         length = max(length, LEAST_MOTION * released)
         reached = max(young * length / size, stress)
-        stress = min(float(scene.material.yield_stress(0.0)), reached)
+        stress = min(float(self.yield_stress.min()), reached)
         return Units(length, size, stress, size**scene.geometry.reduction.extents)
 
     def force_blur(self, response: Response, moved: float, faint: float) -> float:
@@ -160,7 +169,7 @@ class System:
         estimate = self.round_off(response.rotated, moved)
         if estimate <= faint:
             return estimate
-        elastic, kin = self.body.scene.material.elasticity, response.kinematics
+        elastic, kin = self.body.scene.materials.elasticity, response.kinematics
         gradient = np.abs(kin.shape).sum(axis=2)
         stress = norm(response.rotated) + (elastic.bulk + 2 * elastic.shear) * moved * gradient.sum(axis=2)
         forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
@@ -171,8 +180,8 @@ class System:
 
         The largest ``stress`` (..., s) counts, and its change in an increment with lengths that sum to ``moved``.
         """
-        elastic, rest = self.body.scene.material.elasticity, self.rigidity
-        largest = max_abs(stress) + (elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
+        elastic, rest = self.body.scene.materials.elasticity, self.rigidity
+        largest = max_abs(stress) + max_abs(elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
         return 10 * EPS * rest.lever * largest
 
     @cached_property

@@ -24,7 +24,7 @@ from bipot.control.control import Control
 from bipot.control.starting import handed_on, require_start
 from bipot.errors import SceneError, require, require_type
 from bipot.fem.strain import Configuration
-from bipot.laws.material import Material
+from bipot.laws.material import Materials
 from bipot.marching import march
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
@@ -84,7 +84,11 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     require_type(control, Control, "control")
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
     require(scene.geometry is onto.geometry, "onto.geometry", onto.geometry, f"{scene.geometry}, as the other scene's")
-    require(scene.material == onto.material, "onto.material", onto.material, f"{scene.material}, as the other scene's")
+    for name in ("material", "regions"):
+        one, other = getattr(scene, name), getattr(onto, name)
+        require(one == other, f"onto.{name}", other, f"{one}, as the other scene's")
+    allowed = f"{[*scene.parts]}, as in the other scene: no name stands for elements of no region"
+    require({*scene.parts} == {*onto.parts}, "onto.mesh: its parts of one material", [*onto.parts], allowed)
     for name, one in (("scene", scene), ("onto", onto)):
         moves = "another one: with small displacements equilibrium is posed on the mesh at rest, which stays as it is"
         require(one.configuration is not Configuration.SMALL, f"{name}.configuration", one.configuration.value, moves)
@@ -136,7 +140,7 @@ def _longest(mesh: Mesh, nodes: Floats) -> float:
 def _require_drawn(before: System, nodes: Floats, after: System, volume: float) -> None:
     """Require that the new mesh at rest is the old one at its ``nodes`` (a, d), whose volume it changes by ``volume``.
 
-    No integration point of either may be farther from all of the other's than its elements are long.
+    No integration point of either may be farther from all of the other's, of the same part, than its elements are long.
     """
     # scipy.spatial takes long to import.
     from scipy.spatial import cKDTree
@@ -151,19 +155,27 @@ def _require_drawn(before: System, nodes: Floats, after: System, volume: float) 
     require(
         max_abs(found - asked) <= DRAWN * new.size, "onto.mesh: its least and largest places", found.tolist(), allowed
     )
-    points = [_points(before, nodes).reshape(-1, new.dimension), _points(after, new.nodes).reshape(-1, new.dimension)]
+    points = _points(before, nodes), _points(after, new.nodes)
     reach = max(_longest(old, nodes), _longest(new, new.nodes))
-    far = max(float(cKDTree(a).query(b)[0].max()) for a, b in (points, points[::-1]))
     allowed = f"at most {reach:.3g}, the length of an element: is it another shape?"
-    require(far <= reach, "onto.mesh: distance of a point from all of the deformed body's", far, allowed)
+    for name in before.body.scene.parts:
+        each = (x[system.body.scene.parts[name]] for x, system in zip(points, (before, after), strict=True))
+        one, other = (x.reshape(-1, new.dimension) for x in each)
+        far = max(float(cKDTree(a).query(b)[0].max()) for a, b in ((one, other), (other, one)))
+        whose = f"region {name!r}" if name else "all"
+        require(far <= reach, f"onto.mesh: distance of a point from {whose} of the deformed body's", far, allowed)
 
 
 def _mapped(state: State, before: System, after: System) -> State:
     """The fields of the ``state`` on the new mesh, at rest."""
-    rest, material = after.rest(), after.body.scene.material
-    size = state.stress.shape[-1]
+    rest, material = after.rest(), after.body.scene.materials
+    size, points, asked = state.stress.shape[-1], _points(before, state.nodes), _points(after, rest.nodes)
     packed = np.concatenate([state.stress, state.plastic_strain, state.peeq[..., None]], axis=-1)
-    found = _interpolated(_points(before, state.nodes), packed, _points(after, rest.nodes))
+    found = np.empty((*asked.shape[:2], packed.shape[-1]))
+    # From one material to another stresses and plastic strains jump.
+    for name, old in before.body.scene.parts.items():
+        new = after.body.scene.parts[name]
+        found[new] = _interpolated(points[old], packed[old], asked[new])
     stress, plastic_strain, peeq = found[..., :size], found[..., size:-1], np.maximum(found[..., -1], 0.0)
     if not material.drifts:
         stress = _within(stress, material, peeq)
@@ -173,7 +185,7 @@ def _mapped(state: State, before: System, after: System) -> State:
     return replace(rest, stress=stress, plastic_strain=plastic_strain, peeq=peeq)
 
 
-def _within(stress: Floats, material: Material, peeq: Floats) -> Floats:
+def _within(stress: Floats, material: Materials, peeq: Floats) -> Floats:
     """The ``stress`` (e, q, s), its deviator scaled back to the yield surface where it is outside."""
     over = equivalent_stress(stress) / material.yield_stress(peeq)
     return stress + (1 / np.maximum(over, 1.0) - 1)[..., None] * deviator(stress)

@@ -44,7 +44,7 @@ def listed(value: object) -> TypeGuard[Sequence[Any]]:
     return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
-def max_abs(values: NDArray[Any]) -> float:
+def max_abs(values: NDArray[Any] | float) -> float:
     """The largest magnitude of all entries of an array; 0 where there is none.
 
     >>> max_abs(np.array([[1.0, -3.0]])), max_abs(np.empty(0))

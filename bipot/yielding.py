@@ -153,10 +153,16 @@ def flows(iterate: Iterate) -> bool:
 
 
 def yield_strain(system: System, peeq: Floats | None = None) -> float:
-    """The yield stress over Young's modulus: at rest, or the mean of a body hardened by ``peeq`` (e, q)."""
-    material = system.body.scene.material
-    sigma_y = material.yield_stress(0.0) if peeq is None else vdot(system.parts, material.yield_stress(peeq))
-    return float(sigma_y) / material.elasticity.young
+    """The yield stress over Young's modulus: the largest at rest, or the mean of a body hardened by ``peeq`` (e, q).
+
+    Of several materials those count that flow.
+    """
+    law = system.body.scene.materials
+    strain = (system.yield_stress if peeq is None else law.yield_stress(peeq)) / law.elasticity.young
+    flows = np.isfinite(strain)
+    if peeq is None or not flows.any():
+        return float(strain[flows].max(initial=0.0)) or np.inf
+    return vdot(system.parts[flows], strain[flows]) / float(system.parts[flows].sum())
 
 
 def yielded_strain(system: System, turned: Floats | None) -> float:

@@ -22,7 +22,7 @@ from bipot.tools.tool import FlatTool
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
-MODULI = {"shear": MATERIAL.elasticity.shear, "bulk": MATERIAL.elasticity.bulk}
+MODULI = {"shear": np.array([MATERIAL.elasticity.shear]), "bulk": np.array([MATERIAL.elasticity.bulk])}
 
 
 def body_of(geometry: Geometry, configuration: Configuration) -> Body:

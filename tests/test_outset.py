@@ -96,7 +96,9 @@ def increment(scene: Scene, tau: float = 1.0) -> Increment:
 
 def test_the_modulus_of_flow_is_the_secant_modulus_at_the_strain_by_which_the_tools_go():
     """sigma_Y(eps) / (3 eps), by hand."""
-    assert flow_modulus(increment(eighth(press=0.04))) == pytest.approx((300.0 + 1000.0 * 0.04) / (3 * 0.04))
+    found = flow_modulus(increment(eighth(press=0.04)))
+    assert found is not None
+    np.testing.assert_allclose(found, (300.0 + 1000.0 * 0.04) / (3 * 0.04), rtol=1e-12)
 
 
 def squeezed() -> Scene:
@@ -126,13 +128,13 @@ NONE = {
 
 @pytest.mark.parametrize("given", NONE.values(), ids=NONE)
 def test_what_does_not_flow_from_rest_has_no_such_modulus(given):
-    assert flow_modulus(given) == 0.0
+    assert flow_modulus(given) is None
 
 
 def test_what_has_begun_to_flow_does_not_begin_again():
     second = list(march(eighth(), Schedule(2)))[1].solved.iterate.increment
-    assert flow_modulus(second) == 0.0
-    assert flow_modulus(replace(second, start=replace(second.start, length=0.0))) == 0.0
+    assert flow_modulus(second) is None
+    assert flow_modulus(replace(second, start=replace(second.start, length=0.0))) is None
 
 
 class Failing:

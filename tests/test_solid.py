@@ -21,7 +21,7 @@ from bipot.scene.scene import Scene
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210.0, 0.3), Linear(0.3, 0.5))
-MODULI = {"shear": MATERIAL.elasticity.shear, "bulk": MATERIAL.elasticity.bulk}
+MODULI = {"shear": np.array([MATERIAL.elasticity.shear]), "bulk": np.array([MATERIAL.elasticity.bulk])}
 ELEMENTS = [skfem.ElementHex1(), skfem.ElementHexS2(), skfem.ElementHex2(), skfem.ElementTetP2()]
 
 

@@ -52,7 +52,7 @@ def caps(
     ``nodes`` (a, d) to tools in the poses ``placed`` (k, p).
     """
     scene, ends = candidates.scene, candidates.scene.mesh.element.ends
-    k = strength(scene.material.yield_stress(peeq), volume)
+    k = strength(scene.materials.yield_stress(peeq), volume)
     carried = np.zeros(len(candidates.node))
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         candidate, lines = candidates.number[number], points.lines

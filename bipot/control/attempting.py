@@ -135,8 +135,8 @@ class Dissipated(NamedTuple):
         carried = kin.turned(response.state.plastic_strain - start.plastic_strain)
         # The slip of a welded point is only a remainder of zero.
         slip = np.where(solved.iterate.rows.tied[:, None], 0.0, solved.iterate.motion[:, 1:])
-        compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
-        taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
+        stored = np.vecdot(stress, body.scene.materials.elasticity.strain(stress)) / 2
+        taken = np.abs(np.vecdot(stress, kin.strain)) + stored
         length = solved.iterate.increment.units.length
         unsure = solved.iterate.increment.system.round_off(response.rotated, length)
         return Dissipated(

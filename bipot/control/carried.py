@@ -144,7 +144,7 @@ class Flowed:
         if stopped.any():
             flow = added + a[..., None] * last
             dissipation = weight * np.vecdot(response.returned.stress, flow)
-            dropped = weight * (a - carried.within) * system.body.scene.material.dissipation(last, response.state.peeq)
+            dropped = weight * (a - carried.within) * system.body.scene.materials.dissipation(last, response.state.peeq)
             slight = float(dropped[stopped].sum()) <= NEGLIGIBLE * float(dissipation.sum())
             if slight and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)

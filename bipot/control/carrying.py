@@ -244,7 +244,7 @@ def _short(system: System, carried: CarriedFlow, near: Near) -> Floats:
     It is - gamma n : de_p0 / |de_p0|^2 where a point flows by gamma n beyond what is carried, and
     (sigma_Y - sigma_eq)/(3 G) over the equivalent strain of de_p0 where it stays elastic with the stress sigma.
     """
-    response, material = near.response, system.body.scene.material
+    response, material = near.response, system.body.scene.materials
     last, returned = response.kinematics.turned(carried.last.strain), response.returned
     square = np.vecdot(last, last)
     square = np.where(square > 0, square, 1.0)

@@ -202,7 +202,7 @@ class _Terms:
 
     def _returned(self, parts: int) -> Floats:
         """The stress (e, q, s) of radial returns from the start, of the strain in equal ``parts``."""
-        kin, update = self._kin, self._increment.system.body.scene.material.update
+        kin, update = self._kin, self._increment.system.body.scene.materials.update
         stress, peeq = kin.turned(self.start.stress), self.start.peeq
         for _ in range(parts):
             part = update(stress, kin.strain / parts, peeq)

@@ -113,8 +113,7 @@ def _crushed(increment: Increment) -> str | None:
     """The advice where tools have compressed a body that yields, None where they have not."""
     state, body = increment.start, increment.system.body
     now, at_rest = (float(body.space.gradients(x).volume.sum()) for x in (state.nodes, body.scene.mesh.nodes))
-    material = body.scene.material
-    confined = state.pressure.mean() >= CONFINED * np.mean(material.yield_stress(state.peeq))
+    confined = state.pressure.mean() >= CONFINED * np.mean(body.scene.materials.yield_stress(state.peeq))
     if now > CRUSHED * at_rest or not (body.scene.tools and state.peeq.any() and confined):
         return None
     return (
@@ -125,13 +124,14 @@ def _crushed(increment: Increment) -> str | None:
 
 def _rigid_in_volume(increment: Increment) -> str | None:
     """The advice where round-off of the volume change alone stresses the body, None where it does not."""
-    material = increment.system.body.scene.material
-    stress, elasticity = float(material.yield_stress(increment.start.peeq).max()), material.elasticity
-    if EPS * elasticity.bulk < BLURRED * stress:
+    law = increment.system.body.scene.materials
+    K, G = law.elasticity.bulk, law.elasticity.shear
+    blurred = float((EPS * K / law.yield_stress(increment.start.peeq)).max())
+    if blurred < BLURRED:
         return None
     return (
-        f"Lower Poisson's ratio: at 1 - 2 nu = {1 - 2 * elasticity.poisson:.2g} round-off of the volume change alone "
-        f"is {EPS * elasticity.bulk / stress:.2g} of the yield stress."
+        f"Lower Poisson's ratio: at 1 - 2 nu = {float(np.min(3 * G / (3 * K + G))):.2g} round-off of the volume change "
+        f"alone is {blurred:.2g} of the yield stress."
     )
 
 

@@ -156,7 +156,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
 
 def _require_yielded(start: State, system: System) -> None:
     """Require a stress within the yield surface, unless the material's stress may leave it."""
-    material = system.body.scene.material
+    material = system.body.scene.materials
     if not material.drifts:
         sigma_y = material.yield_stress(start.peeq)
         largest = max_abs(start.stress)
@@ -171,7 +171,7 @@ def _require_pressure(start: State, system: System) -> None:
     projection, pressure = system.body.projection, start.pressure
     if projection is not None:
         off = max_abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure)
-        volume, bulk = system.body.scene.volume_change.name, system.body.scene.material.elasticity.bulk
+        volume, bulk = system.body.scene.volume_change.name, max_abs(system.body.scene.materials.elasticity.bulk)
         allowed = f"of a pressure of {volume} in each element, not {off:.3g} off: is it another scene's?"
         require(off <= YIELDED * max_abs(start.stress) + FAINT * bulk, "start.stress", "one", allowed)
 
@@ -183,7 +183,7 @@ def _require_volume(start: State, system: System) -> None:
     """
     if system.body.scene.configuration is not Configuration.MIDPOINT:
         return
-    space, bulk = system.body.space, system.body.scene.material.elasticity.bulk
+    space, bulk = system.body.space, system.body.scene.materials.elasticity.bulk
     with _unfolded():
         now, at_rest = (space.gradients(nodes).volume for nodes in (start.nodes, space.mesh.nodes))
     with np.errstate(over="ignore"):

@@ -96,7 +96,7 @@ def back(rotation: Floats) -> Floats:
 
 
 def strain_by_gradient(
-    reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: float
+    reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: Floats
 ) -> Floats:
     """d e / d g (..., 4, m) of the strain e by g at the end, the rotation of the stress counted as strain.
 

@@ -73,7 +73,7 @@ def back(rotation: Floats) -> Floats:
 
 
 def strain_by_gradient(
-    reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: float
+    reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: Floats
 ) -> Floats:
     """d e / d g (..., s, m): see :func:`bipot.fem.plane.strain_by_gradient`.
 

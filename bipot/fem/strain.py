@@ -18,7 +18,7 @@ With H that of the middle, a change dH at the end is (I - H/2) dH (I + H/2) ther
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -69,18 +69,22 @@ class Scratch:
 
 @dataclass(frozen=True)
 class Stresses:
-    """R sigma_n R', the returned stress (e, q, s), its moduli C_alg (e, q, s, s) or (s, s), shear and bulk modulus."""
+    """R sigma_n R' and the returned stress (e, q, s), its moduli C_alg (e, q, s, s), or (s, s) if all are elastic.
+
+    The ``shear`` and ``bulk`` moduli are (1,), or (e, 1, 1) of several materials.
+    """
 
     rotated: Floats
     returned: Floats
     moduli: Floats
-    shear: float
-    bulk: float
+    shear: Floats
+    bulk: Floats
 
     def part(self, elements: slice) -> Stresses:
         """The stresses of some elements."""
         moduli = self.moduli if self.moduli.ndim == 2 else self.moduli[elements]
-        return replace(self, rotated=self.rotated[elements], returned=self.returned[elements], moduli=moduli)
+        shear, bulk = ((of if of.ndim == 1 else of[elements]) for of in (self.shear, self.bulk))
+        return Stresses(self.rotated[elements], self.returned[elements], moduli, shear, bulk)
 
 
 @dataclass(frozen=True)
@@ -196,7 +200,7 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     if kin.straining is not None:
         D[:, :, m] = trace_rows(D, reduction)
         change = _projected(kin, kin.straining, D[:, :, m], scratch.ZD[:, :, m])
-        np.multiply((s.bulk * kin.volume)[..., None], change, out=scratch.ZD[:, :, m])
+        np.multiply(s.bulk * kin.volume[..., None], change, out=scratch.ZD[:, :, m])
     e, n, _ = scratch.K.shape
     np.matmul(D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
 

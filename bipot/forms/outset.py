@@ -52,7 +52,7 @@ def flow_from_rest(iterate: Iterate, last: Point | None, law: Law, setup: Setup,
     """
     increment = iterate.increment
     shear = flow_modulus(increment)
-    if not shear:
+    if shear is None:
         return None
     internal, element = increment.system.body.softened(iterate.response, shear)
     residual = internal + iterate.residual - iterate.response.internal
@@ -74,22 +74,24 @@ def flow_from_rest(iterate: Iterate, last: Point | None, law: Law, setup: Setup,
     return None
 
 
-def flow_modulus(increment: Increment) -> float:
-    """G_s of an increment from rest that goes far past first yield (:func:`bipot.yielding.yielded_strain`), else zero.
+def flow_modulus(increment: Increment) -> Floats | None:
+    """G_s (e, 1) of an increment from rest that goes far past first yield (:func:`bipot.yielding.yielded_strain`).
 
-    Where forces drive tools or loads change, no strain is known beforehand, and in plane strain flow gathers in bands
-    of shear, of which this one knows nothing.
+    What does not flow keeps its modulus. None where the increment does not go so far. Where forces drive tools or loads
+    change, no strain is known beforehand, and in plane strain flow gathers in bands of shear, of which this one knows
+    nothing.
     """
     body, start = increment.system.body, increment.start
-    if start.length or start.stress.any() or body.scene.drives or body.scene.material.drifts:
-        return 0.0
+    if start.length or start.stress.any() or body.scene.drives or body.scene.materials.drifts:
+        return None
     if body.scene.geometry is Geometry.PLANE_STRAIN or increment.loads.changes:
-        return 0.0
-    strain, material = strain_of(increment), body.scene.material
+        return None
+    strain, law = strain_of(increment), body.scene.materials
     if strain < yielded_strain(increment.system, None) * (1 - ROUND_OFF) or not strain:
-        return 0.0
-    shear = float(material.yield_stress(strain)) / (3 * strain)
-    return shear if shear > LEAST * material.elasticity.bulk else 0.0
+        return None
+    stress = law.yield_stress(np.full((len(body.scene.mesh.elements), 1), strain))
+    shear = np.minimum(stress / (3 * strain), law.elasticity.shear)
+    return shear if bool((shear > LEAST * law.elasticity.bulk).all()) else None
 
 
 def _pieces_of_flow(iterate: Iterate, law: Law, unloaded: Floats) -> Pieces:

@@ -171,10 +171,11 @@ class Uzawa(Penalised):
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     """Penalty K = factor E A/(m h) of a node or weighted point, the same for all.
 
-    A and m are the area and number of points of the initial contact line: the edges of candidates closed at rest, or if
-    there are none of all candidates, or else of the tools' whole boundaries; h is its mean edge length. On average this
-    is a pressure of factor E/h per penetration. Points and edges in planes of symmetry count by their share of the
-    whole body's. Tributary areas instead of the mean A/m would vanish at an axis.
+    E is the largest Young's modulus of elements at the tools' boundaries. A and m are the area and number of points of
+    the initial contact line: the edges of candidates closed at rest, or if there are none of all candidates, or else of
+    the tools' whole boundaries; h is its mean edge length. On average this is a pressure of factor E/h per penetration.
+    Points and edges in planes of symmetry count by their share of the whole body's. Tributary areas instead of the mean
+    A/m would vanish at an axis.
 
     Raises:
         SceneError: a factor that is not finite and positive, a scene without tools.
@@ -189,7 +190,9 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     edges = lines[:, [0, -1]] if scene.mesh.dimension == 2 else edges_of(lines, Element.of(lines.shape[1]))[0]
     ends = scene.mesh.nodes[edges]
     h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=own_share(scene.planes, ends))
-    return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
+    owners = np.concatenate([scene.mesh.owners(*tool.candidates) for tool in scene.tools])
+    young = np.broadcast_to(scene.materials.elasticity.young, (len(scene.mesh.elements), 1))[owners].max()
+    return factor * default_penalty(float(young), float(h), float(area) / count)
 
 
 def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, float]]:

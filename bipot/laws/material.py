@@ -49,6 +49,71 @@ class Material(Protocol):
         ...
 
 
+class Moduli(Protocol):
+    """Isotropic elasticity (6): with numbers of one material, arrays (e, 1) of several."""
+
+    @property
+    def young(self) -> Floats | float:
+        """Young's modulus."""
+        ...
+
+    @property
+    def bulk(self) -> Floats | float:
+        """K."""
+        ...
+
+    @property
+    def shear(self) -> Floats | float:
+        """G."""
+        ...
+
+    def stiffness(self, size: int) -> Floats:
+        """C^e, shape (s, s) or (e, 1, s, s)."""
+        ...
+
+    def stress(self, strain: Floats) -> Floats:
+        """The stress (…, s) of an elastic strain."""
+        ...
+
+    def strain(self, stress: Floats) -> Floats:
+        """The elastic strain (…, s) of a stress."""
+        ...
+
+
+class Materials(Protocol):
+    """The material of a body, or the several of its parts, at all of its points: (e, …) or (e q, …).
+
+    Members are those of :class:`Material`.
+    """
+
+    @property
+    def elasticity(self) -> Moduli:
+        """The law (6)."""
+        ...
+
+    drifts: ClassVar[bool]
+
+    def yield_stress(self, peeq: Floats) -> Floats:
+        """σ_Y."""
+        ...
+
+    def slope(self, peeq: Floats) -> Floats:
+        """H."""
+        ...
+
+    def dissipation(self, plastic_strain: Floats, peeq: Floats) -> Floats:
+        """σ_Y |e_p|_eq."""
+        ...
+
+    def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
+        """Stress and plastic strain of an increment."""
+        ...
+
+    def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
+        """C."""
+        ...
+
+
 @dataclass(frozen=True)
 class Elastic:
     """Isotropic elasticity alone: no return map, and no plastic cones in a program."""
@@ -73,7 +138,7 @@ class Elastic:
 
     def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """R σ_n Rᵀ + C^e : de."""
-        trial = rotated + strain @ self.elasticity.stiffness(strain.shape[-1])
+        trial = rotated + self.elasticity.stress(strain)
         nothing = np.zeros(trial.shape)
         return Returned(trial, trial, nothing, nothing[..., 0], nothing, np.zeros(peeq.shape, dtype=bool))
 

@@ -96,6 +96,14 @@ class Elasticity:
         """Inverse of :meth:`stiffness`, 1 ⊗ 1 / (9 K) + I_dev / (2 G), shape (s, s), read-only."""
         return isotropic(1.0 / (9.0 * self.bulk), 1.0 / (2.0 * self.shear), size)
 
+    def stress(self, strain: Floats) -> Floats:
+        """The stress (…, s) of an elastic strain."""
+        return contract(strain, self.stiffness(strain.shape[-1]))
+
+    def strain(self, stress: Floats) -> Floats:
+        """The elastic strain (…, s) of a stress."""
+        return contract(stress, self.compliance(stress.shape[-1]))
+
 
 @dataclass(frozen=True)
 class Returned:
@@ -239,7 +247,7 @@ class VonMises:
 
     def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """Radial return of R σ_n Rᵀ + C^e : de."""
-        trial = rotated + contract(strain, self.elasticity.stiffness(strain.shape[-1]))
+        trial = rotated + self.elasticity.stress(strain)
         return radial_return(trial, peeq, self.elasticity, self.hardening)
 
     def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:
@@ -262,11 +270,10 @@ class RateVonMises(VonMises):
     def update(self, rotated: Floats, strain: Floats, peeq: Floats) -> Returned:
         """Stress by (4), and the plastic strain that follows from (5) and (6)."""
         C, plastic = self._rate(rotated, peeq)
-        size = strain.shape[-1]
         change = einsum("...st,...t->...s", C, strain)
-        e_p = strain - change @ self.elasticity.compliance(size)
+        e_p = strain - self.elasticity.strain(change)
         e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
-        trial = rotated + strain @ self.elasticity.stiffness(size)
+        trial = rotated + self.elasticity.stress(strain)
         return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), unit(e_p), plastic)
 
     def tangent(self, rotated: Floats, returned: Returned, peeq: Floats, kind: TangentKind) -> Floats:

@@ -36,8 +36,8 @@ class PlasticModel:
 
     ``volumetric`` (g, n) and ``deviatoric`` (g m, n) map dU to tr e and dev e; ``trace_0`` (g,) and ``deviator_0``
     (g, m) are their values at dU = 0; ``pressure`` (g,) and ``stress`` (g, m) the parts of sigma_0; ``weight`` (g,)
-    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the linearised yield stress; ``bulk``, ``shear`` moduli. An
-    infinite threshold stands for a material that does not flow, which has no cones.
+    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the linearised yield stress; ``bulk``, ``shear`` moduli (g,). An
+    infinite threshold stands for a material that does not flow; a body that flows nowhere has no cones.
     """
 
     volumetric: sp.csr_matrix
@@ -49,8 +49,8 @@ class PlasticModel:
     weight: Floats
     threshold: Floats
     slope: Floats
-    bulk: float
-    shear: float
+    bulk: Floats
+    shear: Floats
 
     @property
     def flows(self) -> bool:
@@ -96,18 +96,18 @@ class DissipationProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0); without flow dU and slip bounds."""
         m, variables, thresholds = self.model, Variables(), self.contact.threshold[self.contact.sliding]
         points, width = m.stress.shape
-        weights = np.repeat(m.weight, width)
+        weights, shear = np.repeat(m.weight, width), np.repeat(m.shear, width)
         variables.add(Block.DISPLACEMENT, len(self.force))
         stiffness, force = _quadratic(m.volumetric, m.weight, m.pressure, m.bulk, m.trace_0)
         diagonal = cost = np.zeros(0)
         if m.flows:
             variables.add(Block.ELASTIC_DEVIATOR, points * width)
             variables.add(Block.PLASTIC_NORM, points)
-            diagonal = np.concatenate([2 * m.shear * weights, 2 / 3 * m.slope * m.weight])
+            diagonal = np.concatenate([2 * shear * weights, 2 / 3 * m.slope * m.weight])
             cost = np.concatenate([weights * m.stress.ravel(), ROOT * m.weight * m.threshold])
         else:
-            shear, slope = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * m.shear, m.deviator_0.ravel())
-            stiffness, force = sp.csc_matrix(stiffness + shear), force + slope
+            sheared, slope = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * shear, m.deviator_0.ravel())
+            stiffness, force = sp.csc_matrix(stiffness + sheared), force + slope
         if self.spring is not None:
             stiffness = sp.csc_matrix(stiffness + sp.diags(self.spring))
         bounds = variables.add(Block.SLIP_BOUND, len(thresholds))
@@ -136,9 +136,9 @@ class DissipationProgram:
         root = np.sqrt(m.weight)
         stored = (
             (m.weight * m.pressure) @ volume_change
-            + m.bulk / 2 * cp.sum_squares(cp.multiply(root, volume_change))
+            + cp.sum_squares(cp.multiply(root * np.sqrt(m.bulk / 2), volume_change))
             + cp.sum(cp.multiply(m.weight[:, None] * m.stress, d))
-            + m.shear * cp.sum_squares(cp.multiply(root[:, None], d))
+            + cp.sum_squares(cp.multiply((root * np.sqrt(m.shear))[:, None], d))
         )
         if self.spring is not None:
             stored += cp.sum_squares(cp.multiply(np.sqrt(self.spring), dU)) / 2
@@ -152,7 +152,7 @@ class DissipationProgram:
 
 
 def _quadratic(
-    B: sp.csr_matrix, weight: Floats, stress: Floats, modulus: float, start: Floats
+    B: sp.csr_matrix, weight: Floats, stress: Floats, modulus: Floats, start: Floats
 ) -> tuple[sp.csc_matrix, Floats]:
     """Second derivative (n, n) and slope (n,) at dU = 0 of sum w (stress e + modulus/2 e^2), e = start + B dU."""
     root = np.repeat(np.sqrt(modulus * weight), np.diff(B.indptr))

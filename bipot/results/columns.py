@@ -77,7 +77,7 @@ def flow_gap(system: System, accepted: Accepted) -> float:
     """
     start, end, kin = accepted.start, accepted.state, accepted.solved.response.kinematics
     flow = end.plastic_strain - kin.turned(start.plastic_strain)
-    length = kin.volume * system.body.scene.material.dissipation(flow, end.peeq)
+    length = kin.volume * system.body.scene.materials.dissipation(flow, end.peeq)
     gap = np.abs(length - kin.volume * np.vecdot(end.stress, flow)).sum()
     return float(gap / length.sum()) if length.any() else 0.0
 

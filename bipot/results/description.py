@@ -18,6 +18,7 @@ import numpy as np
 
 from bipot.errors import SceneError, require
 from bipot.laws.hardening import Perfect
+from bipot.laws.material import Material
 from bipot.laws.von_mises import VonMises
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
@@ -57,9 +58,10 @@ def _described(scene: Scene) -> dict[str, Any]:
         "configuration": scene.configuration.value,
         "young": material.elasticity.young,
         "poisson": material.elasticity.poisson,
-        "yield_stress": float(material.yield_stress(0.0)),
+        "yield_stress": float(material.yield_stress(np.zeros(1))[0]),
         "material": repr(material),
-        "perfectly_plastic": isinstance(material, VonMises) and isinstance(material.hardening, Perfect),
+        "regions": {name: repr(own) for name, own in scene.regions.items()},
+        "perfectly_plastic": not scene.regions and _is_perfect(material),
         "supports": [_support(s) for s in scene.supports],
         "loads": [repr(load) for load in scene.loads],
         "tools": [
@@ -84,11 +86,20 @@ def require_told(scene: Scene, **said: object) -> None:
     """
     for name, given in said.items():
         require_json(name, given)
-    parts = {"material": (scene.material,), "loads": scene.loads, "tools": [tool.face for tool in scene.tools]}
+    parts = {
+        "material": (scene.material,),
+        "regions": scene.regions.values(),
+        "loads": scene.loads,
+        "tools": [tool.face for tool in scene.tools],
+    }
     for name, values in parts.items():
         for value in values:
             allowed = "told by a repr that holds the numbers of its classes, as that of a dataclass does"
             require(PLACE.search(repr(value)) is None, f"scene.{name}", value, allowed)
+
+
+def _is_perfect(material: Material) -> bool:
+    return isinstance(material, VonMises) and isinstance(material.hardening, Perfect)
 
 
 def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:

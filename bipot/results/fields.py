@@ -18,7 +18,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.response import State
 from bipot.system import System
 from bipot.traction import ContactTraction
-from bipot.typing import Floats, einsum
+from bipot.typing import Floats, einsum, max_abs
 
 NO_CANDIDATE = -1
 
@@ -79,7 +79,7 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     least, most = SINGLE
-    kind = np.float32 if least <= system.body.scene.material.elasticity.young <= most else np.float64
+    kind = np.float32 if least <= max_abs(system.body.scene.materials.elasticity.young) <= most else np.float64
     order = np.lexsort((-step.gap, np.abs(state.forces[:, 0])))
     node, count = candidates.node[order], len(mesh.nodes)
 

@@ -11,7 +11,7 @@ from bipot.errors import SceneError, require
 from bipot.fem.elements import facet
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import outward_area
-from bipot.laws.material import Material
+from bipot.laws.material import Materials
 from bipot.meshes.mesh import Mesh
 from bipot.paths import require_components
 from bipot.scene.agreeing import require_agreeing
@@ -47,7 +47,7 @@ class Fitted(NamedTuple):
 
     mesh: Mesh
     geometry: Geometry
-    material: Material
+    material: Materials
     holding: Holding
     surroundings: Surroundings | Skin
 
@@ -189,6 +189,7 @@ def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
         for node in getattr(tool, name):
             allowed = "one of the tool's candidates (ends of edges, corners of faces, if weighted)"
             require(node in points, f"{name} node", node, allowed)
-    flows = bool(np.isfinite(body.material.yield_stress(0.0)))
+    owners = body.mesh.owners(*tool.candidates)
+    flows = bool(np.isfinite(body.material.yield_stress(np.zeros((len(body.mesh.elements), 1)))[owners]).all())
     allowed = "inf where the material does not flow: it is a part of the yield stress"
     require(flows or not tool.capped, f"{label}.shear", tool.shear, allowed)

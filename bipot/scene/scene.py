@@ -6,7 +6,7 @@ consistent set (N, mm, MPa or N, m, Pa).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +19,8 @@ from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.strainless import Held
-from bipot.laws.material import Material
+from bipot.laws.by_region import materials_of
+from bipot.laws.material import Material, Materials
 from bipot.meshes.mesh import Mesh
 from bipot.paths import corners
 from bipot.scene.between import Surroundings
@@ -31,11 +32,12 @@ from bipot.scene.holding import Directions, Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure, Traction, magnitude
 from bipot.scene.paces import Moved, Paces, paces_of
+from bipot.scene.regions import checked, parts_of
 from bipot.scene.supports import Prescribed, Support
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
 from bipot.tools.poses import pose_size
 from bipot.tools.tool import AnyTool, Tool
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, FrozenMap, Ints
 
 IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
 """How the nodes of elements in space are numbered, in words."""
@@ -47,6 +49,8 @@ PARTS = {"supports": Support, "tools": Tool, "loads": Load}
 @dataclass(frozen=True)
 class Scene:
     """One body with its supports, tools and loads. A ``Symmetry`` among the supports makes it a part of a larger body.
+
+    The ``material`` is that of all elements but those in ``regions`` of the mesh that have one of their own.
 
     ``quadrature`` and the representation of the ``volume`` change are by default the element's own (:attr:`rule`,
     :attr:`volume_change`).
@@ -66,6 +70,7 @@ class Scene:
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
     volume: VolumeChange | None = None
+    regions: Mapping[str, Material] = FrozenMap({})
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -84,7 +89,7 @@ class Scene:
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
-        fitted = Fitted(self.mesh, self.geometry, self.material, self.holding, self.surroundings)
+        fitted = Fitted(self.mesh, self.geometry, self.materials, self.holding, self.surroundings)
         require_outer(self.mirrors, self.mesh, self.tools, self.loads)
         for k, tool in enumerate(self.tools):
             require_fitting(fitted, tool, f"tools[{k}]")
@@ -94,6 +99,7 @@ class Scene:
         kinds = {"mesh": Mesh, "geometry": Geometry, "material": Material, "configuration": Configuration}
         for name, kind in kinds.items():
             require_type(getattr(self, name), kind, f"scene.{name}")
+        object.__setattr__(self, "regions", checked(self.regions, self.material, self.mesh))
         require_type(self.quadrature, Quadrature, "scene.quadrature", optional=True)
         rules = RULES[self.mesh.element]
         allowed = f"a rule of {self.mesh.element.name}, one of {[rule.name for rule in rules]}"
@@ -130,6 +136,16 @@ class Scene:
     def volume_change(self) -> VolumeChange:
         """The chosen representation of the volume change, or the element's own."""
         return self.volume or VOLUMES[self.mesh.element][0]
+
+    @cached_property
+    def materials(self) -> Materials:
+        """The material at all integration points (e, q): that of the body, or of its parts."""
+        return materials_of([(self.regions.get(name, self.material), of) for name, of in self.parts.items()])
+
+    @cached_property
+    def parts(self) -> FrozenMap[str, Ints]:
+        """The elements of each region with a material of its own, and by no name those of the others, if any."""
+        return parts_of(self.regions, self.mesh)
 
     @property
     def ring(self) -> bool:
