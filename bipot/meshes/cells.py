@@ -12,7 +12,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_positive
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets, edges_of
-from bipot.typing import Floats, Ints, make_floats
+from bipot.typing import Floats, FrozenMap, Ints, make_floats
 
 CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 """The centre of an eight-node quadrilateral from its nodes."""
@@ -82,11 +82,12 @@ class Fine:
 
 
 class MeshParts(NamedTuple):
-    """The parts of a mesh: nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name."""
+    """The parts of a mesh: nodes (a, d), elements (e, k), and by name facets (f, n) and element numbers (n,)."""
 
     nodes: Floats
     elements: Ints
     boundaries: Mapping[str, Ints]
+    regions: Mapping[str, Ints] = FrozenMap({})
 
     @property
     def element(self) -> Element:
@@ -183,7 +184,7 @@ def converted(parts: MeshParts, element: Element) -> MeshParts:
     facets = Facets.of(cells, element)
     ends = {name: bounds[:, source.ends] for name, bounds in parts.boundaries.items()}
     boundaries = {name: facets.run(facets.find(bounds), bounds) for name, bounds in ends.items()}
-    return used(MeshParts(nodes, cells, boundaries))
+    return used(MeshParts(nodes, cells, boundaries, parts.regions))
 
 
 def used(parts: MeshParts) -> MeshParts:
@@ -192,4 +193,4 @@ def used(parts: MeshParts) -> MeshParts:
     number = np.full(len(parts.nodes), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))
     boundaries = {name: number[facets] for name, facets in parts.boundaries.items()}
-    return MeshParts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries)
+    return MeshParts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries, parts.regions)

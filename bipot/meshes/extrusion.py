@@ -63,7 +63,10 @@ def rounded(base: Round, heights: Floats, element: Element, curved: bool) -> Mes
 
 
 def extruded(base: MeshParts, heights: Floats) -> MeshParts:
-    """H8 or T4 between the ``heights`` (n,) above plane Q4 or T3; below and above are boundaries base and top."""
+    """H8 or T4 between the ``heights`` (n,) above plane Q4 or T3; below and above are boundaries base and top.
+
+    Regions consist of all that stands above their elements.
+    """
     count, solid = len(base.nodes), base.element is Element.Q4
     places = np.repeat(np.asarray(heights), count)
     nodes = np.column_stack([np.tile(base.nodes, (len(heights), 1)), places])
@@ -77,7 +80,10 @@ def extruded(base: MeshParts, heights: Floats) -> MeshParts:
         inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
         elements[inverted] = elements[inverted][:, Element.T4.mirrored]
     boundaries = {name: _upright(edges, low, count, solid) for name, edges in base.boundaries.items()}
-    return MeshParts(nodes, elements, boundaries | {"base": base.elements, "top": base.elements + low.max() + count})
+    boundaries |= {"base": base.elements, "top": base.elements + low.max() + count}
+    number = np.arange(len(elements)).reshape(len(heights) - 1, len(cells), -1)
+    regions = {name: number[:, members].ravel() for name, members in base.regions.items()}
+    return MeshParts(nodes, elements, boundaries, regions)
 
 
 def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:

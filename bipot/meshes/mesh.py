@@ -1,9 +1,10 @@
-"""Meshes of one kind of element with named boundaries. :mod:`bipot.meshes.sections` and :mod:`bipot.meshes.solids` make
-those of simple shapes.
+"""Meshes of one kind of element with named boundaries and regions. :mod:`bipot.meshes.sections` and
+:mod:`bipot.meshes.solids` make those of simple shapes.
 
 A mesh is a frozen value. Nodes are (a, d), elements (e, k) in the order *corners, mid-sides, centre* of
 :class:`~bipot.meshes.elements.Element`, and a boundary is an array of its facets (f, n): in a plane edges as end,
-middle, end, or end, end; in space faces with their nodes in the order of plane elements.
+middle, end, or end, end; in space faces with their nodes in the order of plane elements. A region is an array of the
+numbers (n,) of its elements.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
+from bipot.meshes.groups import Numbers
+from bipot.meshes.regions import regions_of
 from bipot.typing import Bools, Floats, FrozenMap, Ints, as_array, max_abs, read_only
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
@@ -37,17 +40,24 @@ class Mesh:
     Nodes of a facet may be given in any order, such as that of mesh files (end, end, middle), since the elements
     determine it. Edges keep their direction, faces are as seen from outside their element.
 
+    Named ``regions``, as of one material each, are element numbers (n,) in [0, e), kept in ascending order, or
+    booleans (e,) that mark the elements. They may overlap, and need not cover the mesh.
+
     Raises:
         SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
             index that is no whole number or outside the node list; an element twice, or with a node twice; a node of
             no element; a mid-side node on two different edges; a facet of more than two elements, or of two on the
             same side; parts that share no facet; a boundary that is empty, holds a facet twice, or one that is no facet
-            of an element.
+            of an element; a region that is empty, holds an element twice, or one that is not there.
+
+    >>> Mesh([(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 1, 2), (0, 2, 3)], regions={"core": [0]})
+    Mesh(2 T3 elements, 4 nodes; boundaries none; regions core)
     """
 
     nodes: Floats
     elements: Ints
     boundaries: Mapping[str, Ints] = field(default_factory=dict)
+    regions: Mapping[str, Ints] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         nodes = as_array(self.nodes, "mesh.nodes")
@@ -69,6 +79,7 @@ class Mesh:
         require_one_part(self._facets)
         boundaries = {name: self._ordered(name, facets) for name, facets in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
+        object.__setattr__(self, "regions", regions_of(self.regions, len(elements)))
 
     def __repr__(self) -> str:
         """What it consists of, without its arrays.
@@ -78,7 +89,8 @@ class Mesh:
         Mesh(4 Q4 elements, 9 nodes; boundaries base, left, right, top)
         """
         counts = f"{len(self.elements)} {self.element.name} elements, {len(self.nodes)} nodes"
-        return f"Mesh({counts}; boundaries {', '.join(sorted(self.boundaries)) or 'none'})"
+        regions = f"; regions {', '.join(sorted(self.regions))}" if self.regions else ""
+        return f"Mesh({counts}; boundaries {', '.join(sorted(self.boundaries)) or 'none'}{regions})"
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Mesh) and self._numbers == other._numbers
@@ -89,16 +101,17 @@ class Mesh:
     @property
     def _numbers(self) -> tuple[object, ...]:
         """All that tells it from other meshes."""
-        facets = frozenset((name, array.tobytes()) for name, array in self.boundaries.items())
+        named = (self.boundaries, self.regions)
+        facets, members = (frozenset((name, array.tobytes()) for name, array in of.items()) for of in named)
         # Zeros are equal whatever their sign.
-        return self.nodes.shape, (self.nodes + 0.0).tobytes(), self.elements.tobytes(), facets
+        return self.nodes.shape, (self.nodes + 0.0).tobytes(), self.elements.tobytes(), facets, members
 
     @classmethod
     def from_skfem(cls, mesh: Any) -> Mesh:
-        """A mesh of scikit-fem, of triangles, quadrilaterals, tetrahedra or hexahedra, with its named boundaries.
+        """A mesh of scikit-fem, of triangles, quadrilaterals, tetrahedra or hexahedra, with boundaries and subdomains.
 
         Kinds are those of :class:`~bipot.meshes.elements.Element`: MeshTri, MeshTri2, MeshQuad, MeshQuad2, MeshTet,
-        MeshTet2 and MeshHex.
+        MeshTet2 and MeshHex. Its subdomains are regions.
 
         Raises:
             SceneError: another kind of mesh; a mid-side node that is not between its corners.
@@ -110,28 +123,36 @@ class Mesh:
         return cls(*of_skfem(mesh))
 
     @classmethod
-    def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
+    def from_meshio(cls, source: Any, *, tag: str | None = None, names: Numbers | None = None) -> Mesh:
         """The mesh of a file that meshio reads (Gmsh, Abaqus, VTK and others), given by its path, or a mesh of meshio.
 
         Cells are of one kind, which is kept (:meth:`to` converts them): tetrahedra or hexahedra where there are any,
         else triangles or quadrilaterals. Boundaries consist of the lines or faces that bound them. They are named sets
         of these cells; numbers of them in the cell data ``tag`` (by default physical groups of Gmsh), named as in
         ``names``, as in the file, or by the number; and node sets that consist of exactly the nodes of outer facets.
-        Other sets are ignored.
+        Regions are sets and numbers of the body's own cells, by the same rules. The number 0 is none. Other sets are
+        ignored.
+
+        With ``names`` only these numbers are taken. Where lines or faces and cells of the body have the same number, it
+        is that of a boundary; a pair (number, dimension) says of which cells it is, as Gmsh does: {"core": (1, 2)}.
 
         Raises:
             SceneError: a file that is missing or not readable, meshio that is not installed; no such cells, or of
                 several kinds; z coordinates of a plane that differ; nodes in another order; a boundary that bounds no
-                cell; an unknown ``tag``, or a number that no line or face has.
+                cell; an unknown ``tag``, or a number that no line, face or cell has.
         """
         return cls(*of_meshio(source, tag, names))
 
     def to_meshio(self) -> Any:
         """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
 
-        Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (VTK files keep the
-        numbers only), and sets of nodes. If all nodes of the body, or of a boundary, are on other boundaries too, there
-        is one more node, of no cell, because Gmsh's files need a node of each.
+        Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (files of VTK and XDMF
+        keep the numbers only), and sets of nodes. If all nodes of the body, or of a boundary, are on other boundaries
+        too, there is one more node, of no cell, because Gmsh's files need a node of each.
+
+        Regions are sets of cells (which Abaqus' files keep), numbered on after the boundaries. A cell has one number:
+        regions that share one with an earlier region, or the name with a boundary, are sets only. Where elements that
+        follow each other differ in number, a new block of cells begins.
 
         Raises:
             SceneError: meshio is not installed.
@@ -165,7 +186,7 @@ class Mesh:
 
     @property
     def _parts(self) -> MeshParts:
-        return MeshParts(self.nodes, self.elements, self.boundaries)
+        return MeshParts(self.nodes, self.elements, self.boundaries, self.regions)
 
     @cached_property
     def _facets(self) -> Facets:
@@ -210,6 +231,13 @@ class Mesh:
         none = "the mesh, which has none: name edges of it (in space faces)"
         require(name in self.boundaries, field, name, f"one of {sorted(self.boundaries) or none}")
         return self.boundaries[name]
+
+    def region(self, name: str, field: str = "region") -> Ints:
+        """Element numbers (n,) of the region ``name``; raises SceneError naming its ``field`` and the known ones."""
+        require_type(name, str, field)
+        none = "the mesh, which has none: name elements of it"
+        require(name in self.regions, field, name, f"one of {sorted(self.regions) or none}")
+        return self.regions[name]
 
     def edges(self, *names: str) -> Ints:
         """Facets (f, n) of the named boundaries, of which there is at least one, in sequence."""
