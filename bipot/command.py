@@ -148,7 +148,9 @@ def _lines(result: History) -> Iterator[str]:
         yield result.note
     mesh = result.mesh
     kind = f"{result.scene['element'].upper()} elements, {result.geometry.value.replace('_', ' ')}"
-    yield f"mesh: {len(mesh.nodes)} nodes, {len(mesh.elements)} {kind}; boundaries {', '.join(mesh.boundaries)}"
+    regions = f"; regions {', '.join(mesh.regions)}" if mesh.regions else ""
+    boundaries = f"boundaries {', '.join(mesh.boundaries)}"
+    yield f"mesh: {len(mesh.nodes)} nodes, {len(mesh.elements)} {kind}; {boundaries}{regions}"
     yield f"material: {result.scene['material']}"
     yield f"tools: {len(result.scene['tools'])}"
     yield "parameters:"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from bipot.errors import ResultsError
-from bipot.results.names import FIELDS
+from bipot.results.names import FIELDS, FIXED
 from studies import conic_profiles, provenance
 from studies.performance import TOLERANCES, solved_table
 from studies.tables import read_csv, read_rows
@@ -59,7 +59,7 @@ def of_fields(results: Path) -> tuple[list[str], list[list[str]]]:
     rows = [
         [f"`{name}`", place.value, field.rank.value, field.quantity.value, field.meaning]
         for place, fields in FIELDS.items()
-        for name, field in fields.items()
+        for name, field in {**fields, **FIXED[place]}.items()
     ]
     return ["field", "at", "rank", "quantity", "meaning"], rows
 

@@ -27,6 +27,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane, Surface
+from bipot.typing import Ints
 
 Parameters = Mapping[str, Any]
 """The parameters that identify a run: JSON values by name."""
@@ -150,7 +151,11 @@ def same_state(one: State, other: State) -> bool:
 
 
 def same_mesh(one: Mesh, other: Mesh) -> bool:
-    """Whether two meshes are the same bit by bit, boundaries included."""
+    """Whether two meshes are the same bit by bit, boundaries and regions included."""
     same = np.array_equal(one.nodes, other.nodes) and np.array_equal(one.elements, other.elements)
-    names = list(one.boundaries) == list(other.boundaries)
-    return same and names and all(np.array_equal(one.boundary(name), other.boundary(name)) for name in one.boundaries)
+    return same and _same_named(one.boundaries, other.boundaries) and _same_named(one.regions, other.regions)
+
+
+def _same_named(one: Mapping[str, Ints], other: Mapping[str, Ints]) -> bool:
+    """Whether arrays by name are the same, in the same order."""
+    return list(one) == list(other) and all(np.array_equal(one[name], other[name]) for name in one)

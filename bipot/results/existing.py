@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -57,7 +57,9 @@ class Asked:
             if other is not None:
                 name, old, new = other
                 raise ResultsError(f"{folder}: holds a run with {what}{name} = {old}, not {new}; {CHOICE}")
-        if not same_mesh(found.mesh, self.scene.mesh):
+        # Older versions, which knew no regions, had scenes that need none.
+        mesh = self.scene.mesh if found.regions is not None else replace(self.scene.mesh, regions={})
+        if not same_mesh(found.mesh, mesh):
             raise ResultsError(f"{folder}: holds a run on another mesh; {CHOICE}")
         if self.start is not None and not same_state(found.start.state, self.start):
             raise ResultsError(f"{folder}: holds a run that began at another state than start; {CHOICE}")

@@ -42,7 +42,8 @@ class History:
 
     ``times`` (n + 1,) are the pseudo-times of the steps, the first where the march began. ``text`` is that of
     ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was. ``format`` is that of the
-    file's layout. States and fields are read from the file when used, and refused once it holds another run.
+    file's layout. ``regions`` are the names of the mesh's regions, None where an older version wrote the file, which
+    knew none. States and fields are read from the file when used, and refused once it holds another run.
     """
 
     file: Path
@@ -55,6 +56,7 @@ class History:
     complete: bool
     note: str = ""
     format: int = FORMAT
+    regions: tuple[str, ...] | None = ()
 
     def __repr__(self) -> str:
         """One line, without the columns."""
@@ -96,7 +98,7 @@ class History:
     @property
     def fields(self) -> Mapping[str, Mapping[str, Mapping[str, object]]]:
         """Meaning, unit and components of every field, by place and name."""
-        return described(self.geometry, self.units)
+        return described(self.geometry, self.units, bool(self.regions))
 
     @property
     def start(self) -> Course:
@@ -260,6 +262,6 @@ def _history(file: Path, run: Run) -> History:
     if journal_of(file).exists():
         ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: the run's {rows} increments are whole"
-    return History(
-        file, text, found, about["parameters"], about["units"], about["scene"], times, complete, note, run.format()
-    )
+    said = about["parameters"], about["units"], about["scene"]
+    regions = tuple(about["regions"]) if "regions" in about else None
+    return History(file, text, found, *said, times, complete, note, run.format(), regions)

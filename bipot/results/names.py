@@ -31,6 +31,7 @@ class Quantity(StrEnum):
     STRESS = "stress"
     RATIO = "ratio"
     STATUS = "status"
+    NUMBER = "number"
 
 
 MEASURED = (*map(str, (Quantity.LENGTH, Quantity.FORCE, Quantity.STRESS)), "energy")
@@ -94,6 +95,17 @@ FIELDS: Mapping[Place, Mapping[str, Field]] = {
     Place.POINTS: STRESSES,
 }
 
+REGION = "region"
+
+FIXED: Mapping[Place, Mapping[str, Field]] = {
+    Place.NODES: {},
+    Place.ELEMENTS: {
+        REGION: Field(Quantity.NUMBER, Rank.SCALAR, "number of its region, of several the first; -1 in none", kind="i")
+    },
+    Place.POINTS: {},
+}
+"""Fields that are the same in all steps, of runs on a mesh with regions."""
+
 FORMER = {"contact_pressure": "recovered_pressure", "contact_shear": "recovered_shear"}
 """Names of fields in files of format 1."""
 
@@ -124,7 +136,7 @@ def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
     ('stress', 'rz')
     """
     require_type(name, str, "field")
-    known = FIELDS[place]
+    known = {**FIELDS[place], **FIXED[place]}
     if name in known:
         return name, ""
     single = {f"{base}_{part}": (base, part) for base in known for part in component_names(known[base], geometry)}
@@ -140,7 +152,7 @@ def unit_of(quantity: Quantity, units: Mapping[str, str], geometry: Geometry) ->
     >>> unit_of(Quantity.FORCE, {"force": "N", "length": "mm"}, Geometry.PLANE_STRAIN)
     'N per mm of thickness'
     """
-    if quantity in (Quantity.RATIO, Quantity.STATUS):
+    if quantity in (Quantity.RATIO, Quantity.STATUS, Quantity.NUMBER):
         return "1"
     length, force = (str(units.get(q, f"unit of {q}")) for q in (Quantity.LENGTH, Quantity.FORCE))
     derived = {
@@ -165,8 +177,10 @@ def require_units(units: Mapping[str, str]) -> None:
         require_type(unit, str, f"units[{quantity!r}]")
 
 
-def described(geometry: Geometry, units: Mapping[str, str]) -> dict[str, dict[str, dict[str, object]]]:
-    """All fields in plain words: meaning, unit and components, by place and name."""
+def described(
+    geometry: Geometry, units: Mapping[str, str], regions: bool = False
+) -> dict[str, dict[str, dict[str, object]]]:
+    """All fields in plain words: meaning, unit and components, by place and name; of ``regions`` if there are any."""
     return {
         place.value: {
             name: {
@@ -174,7 +188,7 @@ def described(geometry: Geometry, units: Mapping[str, str]) -> dict[str, dict[st
                 "unit": unit_of(field.quantity, units, geometry),
                 "components": list(component_names(field, geometry)),
             }
-            for name, field in fields.items()
+            for name, field in {**fields, **(FIXED[place] if regions else {})}.items()
         }
         for place, fields in FIELDS.items()
     }

@@ -14,7 +14,7 @@ from bipot.laws.coulomb import CARRIES, Status
 from bipot.meshes.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.fields import NO_CANDIDATE
-from bipot.results.names import described
+from bipot.results.names import REGION, described
 from bipot.scene.scene import Scene
 from bipot.system import System
 from bipot.tools.poses import rotation
@@ -29,7 +29,9 @@ VERSIONS = ("earliest", "v110")
 
 FORMAT = 2
 """Version of the layout, raised where an older reader would misread it. Format 1 had no averages at nodes and no
-tools."""
+tools. Files of format 2 may lack regions, which older readers pass over."""
+
+NO_REGION = -1
 
 REACH = 1.25
 """Distance from the middle of the body at rest, over its size, to which a plane is drawn."""
@@ -89,9 +91,10 @@ def write_static(out: Item, system: System, parameters: Parameters, units: Mappi
     about = {
         "parameters": dict(parameters),
         "units": dict(units),
-        "fields": described(scene.geometry, units),
+        "fields": described(scene.geometry, units, bool(scene.mesh.regions)),
         "scene": describe(scene),
         "boundaries": list(scene.mesh.boundaries),
+        "regions": list(scene.mesh.regions),
         "versions": versions(),
         "status": {**{s.name.lower(): int(s) for s in Status}, "no_candidate": NO_CANDIDATE},
         "status_thresholds": (
@@ -147,11 +150,22 @@ def _write_grid(file: Item, mesh: Mesh) -> None:
     for name in ("PointData", "CellData"):
         vtk.create_group(name)
         steps.create_group(f"{name}Offsets")
+    if mesh.regions:
+        store(vtk, f"CellData/{REGION}", _first_regions(mesh))
+
+
+def _first_regions(mesh: Mesh) -> Ints:
+    """The number (e,) of each element's region in the order of the mesh, of several the first; NO_REGION in none."""
+    numbers = np.full(len(mesh.elements), NO_REGION)
+    for number, members in reversed([*enumerate(mesh.regions.values())]):
+        numbers[members] = number
+    return numbers
 
 
 def _write_mesh(group: Item, mesh: Mesh) -> None:
     store(group, "nodes", mesh.nodes)
     store(group, "elements", mesh.elements)
     # By number, because HDF5 may take a name for a path; ``about`` has the names.
-    for number, edges in enumerate(mesh.boundaries.values()):
-        store(group, f"boundaries/{number}", edges)
+    for kind, named in (("boundaries", mesh.boundaries), ("regions", mesh.regions)):
+        for number, members in enumerate(named.values()):
+            store(group, f"{kind}/{number}", members)

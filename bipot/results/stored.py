@@ -21,7 +21,7 @@ from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
-from bipot.results.names import FIELDS, FORMER, GROUPS, Place
+from bipot.results.names import FIELDS, FIXED, FORMER, GROUPS, Place
 from bipot.results.static import FORMAT, Line, Lines
 from bipot.tensors import components
 from bipot.tools.poses import pose_size
@@ -109,7 +109,7 @@ class Run:
         return version
 
     def about(self) -> Mapping[str, Any]:
-        """Parameters, units, the scene in words, names of boundaries."""
+        """Parameters, units, the scene in words, names of boundaries; those of regions, which older versions lack."""
         self.format()
         try:
             about = json.loads(self.root.group("bipot").text("about"))
@@ -119,6 +119,10 @@ class Run:
         for name, kind in kinds.items():
             right = isinstance(about, dict) and isinstance(about.get(name), kind)
             self.root.require(right, f"bipot/about: {name}", "missing or of another type", f"a {kind.__name__}")
+        for name in ("boundaries", "regions"):
+            named = about.get(name, [])
+            right = isinstance(named, list) and all(isinstance(one, str) for one in named)
+            self.root.require(right, f"bipot/about: {name}", named, "a list of names")
         return about
 
     def history(self) -> str:
@@ -142,11 +146,12 @@ class Run:
     def mesh(self) -> Mesh:
         """The mesh at rest."""
         group = self.root.group("bipot/mesh")
-        names = self.about()["boundaries"]
-        edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(names)}
+        about = self.about()
+        edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(about["boundaries"])}
+        regions = {name: group.array(f"regions/{k}", "i", (None,)) for k, name in enumerate(about.get("regions", []))}
         nodes = group.array("nodes", "f", (None, self._dimension))
         elements = group.array("elements", "i", (None, None))
-        return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges))
+        return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges, regions))
 
     @property
     def _dimension(self) -> int:
@@ -162,7 +167,12 @@ class Run:
 
     def field(self, place: Place, name: str, step: int) -> NDArray[Any]:
         """A field of the nodes or of the elements in a step."""
-        known, group = FIELDS[place][name], self.root.group(f"VTKHDF/{GROUPS[place]}")
+        group = self.root.group(f"VTKHDF/{GROUPS[place]}")
+        if name in FIXED[place]:
+            missing = f"VTKHDF/{GROUPS[place]}/{name}"
+            self.root.require(name in group, missing, "missing", "of a run on a mesh with regions")
+            return group.array(name, FIXED[place][name].kind, (self.root.group("bipot/mesh").length("elements"),))
+        known = FIELDS[place][name]
         stored = FORMER.get(name, name) if self.format() < FORMAT else name
         if self.format() < FORMAT:
             self.root.require(stored in group, f"VTKHDF/{GROUPS[place]}/{name}", "missing", NEWER)

@@ -3,7 +3,8 @@
 ``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is the start of the
 march, usually the body at rest, and step k is recorded increment k. A step has points and vectors padded to three
 components, nodal fields (:mod:`bipot.results.names`, :mod:`bipot.results.fields`), and cell averages weighted by volume
-(symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh
+(symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). All steps share the numbers of the
+elements' regions, if the mesh has any, by which ParaView can colour them. ``/bipot`` holds the rest: the mesh
 at rest; for each step the fields at integration points and all else that a resumed march needs; lines and poses of
 tools; the text of ``history.csv``; and in ``about`` parameters, units, versions, and names of all fields.
 
@@ -33,7 +34,7 @@ from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
 from bipot.results.description import Parameters
 from bipot.results.fields import Averaging, StoredStep, cell_fields, in_space, point_fields, step_fields, together
-from bipot.results.names import FIELDS, GROUPS
+from bipot.results.names import FIELDS, FIXED, GROUPS
 from bipot.results.static import VERSIONS, Item, Line, as_bytes, store, write_cells, write_static
 from bipot.system import System
 from bipot.typing import Floats
@@ -59,6 +60,9 @@ GROWING = (
 
 OFFSETS = {group: FIELDS[place] for place, group in GROUPS.items()}
 """Fields by group: all of a group begin in the same row, so one dataset under all their names gives the offset."""
+
+FIRST_ROW = "VTKHDF/Steps/PartOffsets"
+"""Where the cells of a step begin, in the first row, as do fields that all steps share."""
 
 
 class RunFile:
@@ -202,8 +206,17 @@ class RunFile:
                 if name == f"{_offsets(group)}/{first}":
                     for other in others:
                         self._out[f"{_offsets(group)}/{other}"] = self._out[name]
+            if name == FIRST_ROW:
+                self._share(name)
         else:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
+
+    def _share(self, name: str) -> None:
+        """Say that fields which all steps share begin where the dataset ``name`` says."""
+        for place, group in GROUPS.items():
+            for field in FIXED[place]:
+                if field in self._out[f"VTKHDF/{group}"]:
+                    self._out[f"{_offsets(group)}/{field}"] = self._out[name]
 
 
 @contextmanager
