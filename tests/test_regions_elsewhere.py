@@ -13,7 +13,6 @@ from bipot import (
     FlatTool,
     Force,
     Geometry,
-    History,
     Integration,
     Linear,
     Newton,
@@ -28,6 +27,7 @@ from bipot import (
     block,
     limit_load,
     march,
+    results,
     sensitivities,
     transferred,
 )
@@ -114,7 +114,7 @@ def test_runs_say_what_is_where_and_go_on_with_the_same_alone(tmp_path):
     with Recorder(tmp_path, scene, (), {}, units) as recorder:
         for accepted in march(scene, FEW):
             recorder.record(accepted)
-    found = History(tmp_path)
+    found = results.open(tmp_path)
     assert found.scene["regions"] == {"core": repr(COPPER)}
     np.testing.assert_array_equal(found.mesh.region("core"), scene.mesh.region("core"))
     with pytest.raises(ResultsError, match="scene"):
