@@ -98,7 +98,7 @@ def with_plastic_variable(program: DissipationProgram) -> ConicProgram:
     points, width = m.stress.shape
     starts = [part.start for part in ours.blocks.values()]
     size, n = len(ours.q), len(program.force)
-    stiffness = 2 * m.shear * np.repeat(m.weight, width)
+    stiffness = 2 * np.repeat(m.shear * m.weight, width)
     D = sp.diags_array(stiffness)
     coupling = -(D @ m.deviatoric)
     displacement = ours.P[:n, :n] + m.deviatoric.T @ D @ m.deviatoric

@@ -110,7 +110,7 @@ def test_dissipation_variables_are_the_plasticity_they_stand_for():
     np.testing.assert_allclose(length, bound, atol=1e-8)
     model = program.model
     d = answer.block(Block.ELASTIC_DEVIATOR).reshape(e_p.shape)
-    stress = model.stress + 2 * model.shear * d
+    stress = model.stress + 2 * model.shear[:, None] * d
     flowing = length > 1e-4
     assert flowing.sum() > 20
     equivalent = np.sqrt(1.5) * np.linalg.norm(stress, axis=1)
