@@ -215,12 +215,33 @@ def test_a_set_of_abaqus_is_added_to_where_its_name_comes_again(tmp_path):
 
 
 def test_sets_of_abaqus_take_in_others_by_name(tmp_path):
-    lines = "*ELSET, ELSET=first", "10", "*ELSET, ELSET=all", "first, RIGHT", "20", "*ELSET, ELSET=more", "all, more"
+    lines = "*ELSET, ELSET=first", "10", "*ELSET, ELSET=all", "20, first, RIGHT, no", "*ELSET, ELSET=more", "all, more"
     assert inp(tmp_path, *lines) == {
         "Right": [2, 3],
         "first": [0],
         "all": [0, 1, 2, 3],
         "more": [0, 1, 2, 3],
+    }
+
+
+def test_ranges_of_elements_and_elements_on_several_lines_of_abaqus(tmp_path):
+    lines = (
+        "*ELSET, ELSET=some, GENERATE",
+        "10, 20, 10",
+        "40, 40",
+        "*ELEMENT, TYPE=CPS4, elset=Last",
+        "7, 5,",
+        "11,12,10",
+    )
+    path, more = tmp_path / "a.inp", ("*NODE", *(f"{k}, {x}, {y}" for k, x, y in ((11, 5, 0), (12, 5, 1))))
+    inp(tmp_path, *lines[:3])
+    head, body = path.read_text().split("*ELEMENT", 1)
+    path.write_text("\n".join([head + "\n".join(more[1:]), "*ELEMENT" + body.strip(), *lines[3:], ""]))
+    found = Mesh.from_meshio(path).regions
+    assert {name: members.tolist() for name, members in found.items()} == {
+        "Right": [2, 3],
+        "some": [0, 1, 3],
+        "Last": [4],
     }
 
 

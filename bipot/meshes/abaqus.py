@@ -3,17 +3,16 @@
 Types for plane strain, plane stress and revolution are replaced by those of plain shapes: they differ in mechanics
 only, which a mesh does not contain.
 
-Sets of elements are whole: Abaqus adds to a set wherever its name comes again, in ``*ELSET`` or in ``*ELEMENT``, and
-takes sets into others by name, whatever their case. meshio's reader keeps the last part, or takes the cells of another
-block. It is therefore given sets with a number in place of the name, each once.
+Sets of elements are read here. Abaqus adds to a set wherever its name comes again, in ``*ELSET`` or in ``*ELEMENT``,
+whatever its case, and takes sets into others by name. meshio's reader keeps the last part of a set, and may take
+elements of another block for its own.
 """
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +27,7 @@ PLANE = re.compile(r"(?im)^(\*ELEMENT\b[^\n]*\bTYPE\s*=\s*)C(?:PE|PS|PEG|AX)([34
 
 INCLUDE = re.compile(r"(?im)^\*INCLUDE\b")
 
-SET = re.compile(r"(?i),\s*ELSET\s*=\s*([^,]*)")
-
-NONE = np.empty(0, dtype=np.intp)
+NAME = re.compile(r"(?i),\s*ELSET\s*=\s*([^,]*)")
 
 
 def read(path: Path) -> Any:
@@ -43,58 +40,104 @@ def read(path: Path) -> Any:
     given = path.read_text(encoding="utf-8", errors="replace")
     plain = PLANE.sub(lambda found: found[1] + PLAIN[found[2]], given)
     included = INCLUDE.search(plain) is not None
-    sets = Sets.of(plain)
-    text = io.StringIO(plain if included else sets.text)
+    sets = Sets.of("" if included else plain)
+    text = io.StringIO(plain if included else sets.rest)
     # Included files are relative to it.
     text.name = str(path)  # type: ignore[attr-defined]
     mesh = meshio.read(text, "abaqus")
-    mesh.cell_sets = {} if included else sets.whole(mesh.cell_sets, len(mesh.cells))
+    mesh.cell_sets = {} if included else sets.cells([len(block.data) for block in mesh.cells])
     return mesh
+
+
+@dataclass
+class Set:
+    """A set of elements: its ``name``, numbers of ``elements``, of ``blocks`` of them, and names of ``others`` in it.
+
+    Names of others are in lower case.
+    """
+
+    name: str
+    elements: set[int] = field(default_factory=set)
+    blocks: set[int] = field(default_factory=set)
+    others: set[str] = field(default_factory=set)
+
+    def add(self, line: str, ranges: bool) -> None:
+        """Add what a line of data names: numbers, first, last and step of numbers if these are ``ranges``, or sets."""
+        words = [word.strip() for word in line.split(",") if word.strip()]
+        numbers = [int(word) for word in words if word.isdigit()]
+        self.others.update(word.lower() for word in words if not word.isdigit())
+        if ranges and numbers:
+            first, last, *step = numbers
+            numbers = range(first, last + 1, *step)
+        self.elements.update(numbers)
 
 
 @dataclass(frozen=True)
 class Sets:
-    """Sets of elements of a file: its ``text`` with a number in place of each name, and without sets within sets.
+    """Sets of elements of a file by name in lower case, the data of its ``blocks`` of elements, and all ``rest``."""
 
-    ``names`` are those of the numbers, "" for elements of no set. ``within`` has the names of the sets that one takes
-    in. Names are compared in lower case.
-    """
-
-    text: str
-    names: tuple[str, ...]
-    within: Mapping[str, Sequence[str]]
+    sets: dict[str, Set]
+    blocks: list[list[str]]
+    rest: str
 
     @staticmethod
     def of(text: str) -> Sets:
-        """The sets of a file with this text; comments, at which meshio would end a set, are left out."""
-        lines, names, within, taking = list[str](), list[str](), dict[str, list[str]](), ""
+        """The sets of a file with this text; comments, which would end a set or a block for meshio, are left out."""
+        found = Sets({}, [], "")
+        lines, block, taking, ranges = list[str](), list[str](), None, False
         for line in text.splitlines():
             if line.startswith("**"):
                 continue
-            words = [word.strip() for word in line.split(",")]
-            keyword = words[0].upper()
             if line.startswith("*"):
-                named = SET.search(line)
-                name = named[1].strip() if named else ""
-                taking = name if keyword == "*ELSET" else ""
-                if keyword == "*ELEMENT" or taking:
-                    line = f"{SET.sub('', line)}, ELSET={len(names)}"
-                    names.append(name)
-            elif taking and not keyword[:1].isdigit():
-                within.setdefault(taking.lower(), []).extend(word.lower() for word in words if word)
-                continue
-            lines.append(line)
-        return Sets("\n".join([*lines, ""]), tuple(names), within)
+                keyword, *options = (word.strip().upper() for word in line.split(","))
+                named = NAME.search(line)
+                one = found._named(named[1].strip()) if named and keyword in ("*ELSET", "*ELEMENT") else None
+                taking, ranges = one if keyword == "*ELSET" else None, "GENERATE" in options
+                block = list[str]()
+                if keyword == "*ELEMENT":
+                    line = NAME.sub("", line)
+                    found.blocks.append(block)
+                    if one is not None:
+                        one.blocks.add(len(found.blocks) - 1)
+            elif taking is not None:
+                taking.add(line, ranges)
+            else:
+                block.append(line)
+            if taking is None:
+                lines.append(line)
+        return Sets(found.sets, found.blocks, "\n".join([*lines, ""]))
 
-    def whole(self, parts: Mapping[str, Sequence[Ints]], count: int) -> dict[str, list[Ints]]:
-        """The sets by name, of cells (n,) in each of ``count`` blocks, from ``parts`` by number."""
-        found = {}
-        for name in dict.fromkeys(filter(None, self.names)):
-            taken, new = set[str](), {name.lower()}
-            while new:
-                taken |= new
-                new = {other for one in new for other in self.within.get(one, ())} - taken
-            own = [parts[str(k)] for k, other in enumerate(self.names) if other.lower() in taken and str(k) in parts]
-            cells = [[blocks[k] for blocks in own if k < len(blocks)] for k in range(count)]
-            found.setdefault(name.lower(), (name, [np.unique(np.concatenate([NONE, *some])) for some in cells]))
-        return dict(found.values())
+    def cells(self, sizes: list[int]) -> dict[str, list[Ints]]:
+        """The sets by name as cells (n,) of each block, of which there are so many."""
+        numbers = [_numbers(block, size) for block, size in zip(self.blocks, sizes, strict=True)]
+        every, starts = np.concatenate([*numbers, NONE]), np.cumsum([0, *sizes])
+        block, cells = np.repeat(np.arange(len(sizes)), sizes), dict[str, list[Ints]]()
+        for key, one in self.sets.items():
+            parts = [self.sets[name] for name in self._within(key)]
+            elements = np.array(sorted(set().union(*(part.elements for part in parts))), dtype=np.intp)
+            blocks = np.array(sorted(set().union(*(part.blocks for part in parts))), dtype=np.intp)
+            chosen = np.flatnonzero(np.isin(every, elements) | np.isin(block, blocks))
+            split = np.split(chosen, np.searchsorted(chosen, starts[1:-1]))
+            cells[one.name] = [part - start for part, start in zip(split, starts, strict=False)]
+        return cells
+
+    def _named(self, name: str) -> Set:
+        """The set of a name, in any case; a new one where there is none yet."""
+        return self.sets.setdefault(name.lower(), Set(name))
+
+    def _within(self, key: str) -> set[str]:
+        """The set ``key`` and all sets in it, and in these, that there are."""
+        taken, new = set[str](), {key}
+        while new:
+            taken |= new
+            new = set().union(*(self.sets[name].others for name in new)) & self.sets.keys() - taken
+        return taken
+
+
+def _numbers(block: list[str], size: int) -> Ints:
+    """The numbers (n,) of a block's elements, each the first of its line or lines of data."""
+    data = [int(word) for line in block for word in line.split(",") if word.strip()]
+    return np.array(data, dtype=np.intp).reshape(size, -1)[:, 0] if size else NONE
+
+
+NONE = np.empty(0, dtype=np.intp)
