@@ -23,7 +23,7 @@ from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactProblem:
     """u = W r + q at the c candidates near a tool (their numbers ``candidate`` (c,)), and the march's forces r (c d,).
 

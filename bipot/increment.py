@@ -55,7 +55,7 @@ class Limits:
         make_floats(self, of="limits.", progress="in (0, 1]")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Near:
     """A starting point of the iteration: an iterate with the forces r (c, d) of all candidates."""
 
@@ -73,7 +73,7 @@ class Near:
         return self.iterate.rows
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Solved(Near):
     """An increment that met its bounds: iterate, forces of all candidates, certificate, cost.
 

@@ -28,7 +28,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.system import System, system_of
 from bipot.tensors import identity
-from bipot.typing import Bools, Floats, einsum, max_abs, read_only, require_within
+from bipot.typing import Bools, EqualByNumbers, Floats, einsum, max_abs, read_only, require_within
 
 SATURATED = 1e9
 """A plastic strain at which a saturating law has saturated; a law that still hardens has no limit load."""
@@ -40,8 +40,8 @@ CANCELLED = 1e-12
 """Sum of the loads over the largest of them, below which they cancel each other up to round-off."""
 
 
-@dataclass(frozen=True)
-class LimitLoad:
+@dataclass(frozen=True, eq=False)
+class LimitLoad(EqualByNumbers):
     """The largest ``multiple`` of the load that is carried, and the collapse ``motion`` (a, d), largest part one.
 
     It is zero where a driven tool slips on a body at rest.

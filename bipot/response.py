@@ -27,7 +27,7 @@ from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
 from bipot.tensors import deviatoric_basis, deviatoric_projector, equivalent_stress, identity, trace
-from bipot.typing import Floats, as_numbers, max_abs, read_only, times
+from bipot.typing import EqualByNumbers, Floats, as_numbers, max_abs, read_only, times
 
 STILL = 1e-9
 """A motion below this fraction of the body's size is what is left of balance, in a body that nothing touches."""
@@ -35,8 +35,8 @@ STILL = 1e-9
 ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "translated")
 
 
-@dataclass(frozen=True, repr=False)
-class State:
+@dataclass(frozen=True, eq=False, repr=False)
+class State(EqualByNumbers):
     """An accepted state and the increment that led to it.
 
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
@@ -44,7 +44,7 @@ class State:
     length zero if the body rested in it and touched nothing. Gaps and du are stored as found, because a small travel is
     lost in the round-off of positions. ``translation`` (m,) is the displacement since rest of tools along their
     driving force, or for moments the arc of their lever (:mod:`bipot.scene.drives`); ``translated`` (m,) is that of the
-    increment that led here. Arrays are read-only.
+    increment that led here. Arrays are read-only; states are equal where all their numbers are.
     """
 
     tau: float

@@ -43,7 +43,7 @@ from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
 from bipot.system import System, system_of
-from bipot.typing import Bools, Floats, FrozenMap, Ints, max_abs, read_only
+from bipot.typing import Bools, EqualByNumbers, Floats, FrozenMap, Ints, max_abs, read_only
 
 CHANGE = 1e-6
 """Change h of a parameter, over its size: terms of order h are then as small as what round-off leaves over h."""
@@ -60,8 +60,8 @@ RESOLVED, LEFT = 1e-10, 1e-3
 of the change of places, or of as much as that, above which a last step says that the answer was not found."""
 
 
-@dataclass(frozen=True)
-class Slope:
+@dataclass(frozen=True, eq=False)
+class Slope(EqualByNumbers):
     """Derivatives, by one parameter, of an accepted increment's ``tool_forces`` (k, d) and of its state's fields.
 
     These are ``nodes`` (a, d), ``stress`` (e, q, s) and ``peeq`` (e, q). ``smooth`` says that all contacts stay on

@@ -1,8 +1,9 @@
-"""Array aliases, products of arrays with one type each, and read-only arrays and mappings for frozen objects."""
+"""Array aliases, products of arrays with one type each, and what frozen objects are that hold arrays."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
@@ -123,7 +124,52 @@ def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:
     return array
 
 
-class FrozenMap(Mapping[Key, Value]):
+def _sealed(values: Iterable[object]) -> None:
+    """Make arrays read-only, those of sparse matrices and of dictionaries included."""
+    for value in values:
+        if isinstance(value, dict):
+            _sealed(value.values())
+        array = value if isinstance(value, np.ndarray) else getattr(value, "data", None)
+        if isinstance(array, np.ndarray):
+            array.flags.writeable = False
+
+
+def _told(value: object) -> object:
+    """What ``value`` is compared by: the numbers of an array; zeros of either sign and all NaN are the same."""
+    if isinstance(value, np.ndarray):
+        return value.shape, (value + 0).tobytes()
+    return "NaN" if isinstance(value, float) and value != value else value
+
+
+class Sealed:
+    """An object whose arrays are read-only, and still so in copies: pickles and deep copies forget it of arrays."""
+
+    def __setstate__(self, state: dict[str, object]) -> None:
+        _sealed(state.values())
+        vars(self).update(state)
+
+
+@dataclass(frozen=True, eq=False)
+class EqualByNumbers(Sealed):
+    """A frozen dataclass with read-only arrays, equal to another one of its class where all fields are.
+
+    Its subclasses are dataclasses with ``eq=False``: those made by default compare arrays, which have no truth value.
+    """
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, EqualByNumbers) or type(self) is not type(other):
+            return False
+        return self is other or self._numbers == other._numbers
+
+    def __hash__(self) -> int:
+        return hash(self._numbers)
+
+    @property
+    def _numbers(self) -> tuple[object, ...]:
+        return tuple(_told(getattr(self, field.name)) for field in fields(self))
+
+
+class FrozenMap(Sealed, Mapping[Key, Value]):
     """An immutable mapping; unlike ``MappingProxyType`` it can be pickled and copied.
 
     >>> FrozenMap({"top": 1})
@@ -153,5 +199,13 @@ class FrozenMap(Mapping[Key, Value]):
     def __repr__(self) -> str:
         return f"FrozenMap({self._items!r})"
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Mapping) and _by_key(self) == _by_key(other)
+
     def __hash__(self) -> int:
-        return hash(frozenset(self._items.items()))
+        return hash(frozenset(_by_key(self).items()))
+
+
+def _by_key(items: Mapping[Any, object]) -> dict[Any, object]:
+    """What the values of a mapping are compared by."""
+    return {key: _told(value) for key, value in items.items()}

@@ -62,7 +62,7 @@ class Claim(Enum):
     ALMOST = "almost"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rows:
     """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,).
 
@@ -111,7 +111,7 @@ def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
     return sp.csr_matrix(A), np.concatenate([np.zeros(0), *(r.b for r in rows)])
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ConicProgram:
     """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks.
 
@@ -192,7 +192,7 @@ class Timing:
         return Timing(self.build + other.build, self.solve + other.solve, self.assembly + other.assembly)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ConicSolution:
     """Primal x (n,), dual per term (m, width), and measures of both that are independent of the solver."""
 

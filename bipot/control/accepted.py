@@ -19,7 +19,7 @@ from bipot.traction import ContactTraction, traction
 from bipot.typing import Floats
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Accepted:
     """One accepted increment: its start, its result, how it was solved and what it cost.
 

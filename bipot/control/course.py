@@ -12,14 +12,14 @@ from bipot.errors import require, require_count, require_number, require_tuple, 
 from bipot.forms.memory import Paced
 from bipot.increment import Solved, advance
 from bipot.response import State
-from bipot.typing import Bools, as_array, make_floats, max_abs, read_only
+from bipot.typing import Bools, EqualByNumbers, as_array, make_floats, max_abs, read_only
 
 SHORTEST = 1e-20
 """Length in pseudo-time far below round-off, so that rates are finite."""
 
 
-@dataclass(frozen=True, repr=False)
-class Course:
+@dataclass(frozen=True, eq=False, repr=False)
+class Course(EqualByNumbers):
     """The current state of a march, and everything else that it carries from increment to increment.
 
     ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force

@@ -17,7 +17,7 @@ from scipy.sparse import linalg as sparse_linalg
 
 from bipot.basics.definite import asymmetry, by_diagonal, by_units, definite, semidefinite
 from bipot.errors import ProgramError, require, require_count, require_magnitude
-from bipot.typing import Floats, Ints, as_numbers, max_abs
+from bipot.typing import Floats, Ints, Sealed, as_numbers, max_abs
 
 LARGEST = 1e60
 """Largest number of a problem, and inverse of the smallest that decides its units: squares of forces, which may be
@@ -79,7 +79,7 @@ def _require_contacts(rows: int, dim: int) -> None:
     require(rows > 0 and rows % dim == 0, "contact rows", rows, f"a positive multiple of dim = {dim}")
 
 
-class Affine:
+class Affine(Sealed):
     """u = W r + q with d = ``dim`` rows a contact: what a problem and its scaled form share."""
 
     W: Any
@@ -207,7 +207,7 @@ class CoulombProblem(Affine):
 
 
 @dataclass(frozen=True, eq=False)
-class GlobalCoulombProblem:
+class GlobalCoulombProblem(Sealed):
     """M v = H r + f, u = Hᵀ v + w with Coulomb's law; M (m, m), H (m, dc), f (m,), w (dc,), mu (c,).
 
     >>> unit = np.eye(2)

@@ -16,7 +16,7 @@ from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints, as_numbers, make_floats, read_only
+from bipot.typing import Bools, EqualByNumbers, Floats, Ints, as_numbers, make_floats, read_only
 
 BOUNDED, SMOOTH = 0.3, 0.5
 """Change of the velocity, or of a contact force, over its norm, up to which it is extrapolated; a quadratic's part of a
@@ -95,8 +95,8 @@ class Setup:
         return np.where(nodal > 0, nodal, frames.largest(self.stiffness))
 
 
-@dataclass(frozen=True)
-class Paced:
+@dataclass(frozen=True, eq=False)
+class Paced(EqualByNumbers):
     """An accepted increment as the predictor sees it: its end ``tau``, its middle, its velocity, its contact forces.
 
     The velocity (a d + m,) of nodes and driven tools and the ``forces`` (c, d) at its end are read-only. An unknown end

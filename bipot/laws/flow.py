@@ -23,7 +23,7 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.typing import Floats, read_only
+from bipot.typing import EqualByNumbers, Floats, read_only
 
 FARTHEST = 1.0
 """Largest fraction a carried on: BDF2 is unstable for rho > 1 + sqrt(2), where a > 1; a smaller a is consistent too."""
@@ -36,8 +36,8 @@ class Integration(Enum):
     BDF2 = "BDF2"
 
 
-@dataclass(frozen=True)
-class Flow:
+@dataclass(frozen=True, eq=False)
+class Flow(EqualByNumbers):
     """Plastic flow of an increment: strain (e, q, s), turned with the body to its end, and peeq (e, q).
 
     Both are zero at points that stayed elastic, and read-only.

@@ -23,7 +23,7 @@ from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
 from bipot.meshes.groups import Numbers
 from bipot.meshes.regions import regions_of
-from bipot.typing import Bools, Floats, FrozenMap, Ints, as_array, max_abs, read_only
+from bipot.typing import Bools, EqualByNumbers, Floats, FrozenMap, Ints, as_array, max_abs, read_only
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 
@@ -33,7 +33,7 @@ FARTHEST = 1e6
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(EqualByNumbers):
     """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of facets (f, n).
 
     All are read-only copies; meshes are equal where all these are. The number of nodes of an element tells its kind.
@@ -91,20 +91,6 @@ class Mesh:
         counts = f"{len(self.elements)} {self.element.name} elements, {len(self.nodes)} nodes"
         regions = f"; regions {', '.join(sorted(self.regions))}" if self.regions else ""
         return f"Mesh({counts}; boundaries {', '.join(sorted(self.boundaries)) or 'none'}{regions})"
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Mesh) and self._numbers == other._numbers
-
-    def __hash__(self) -> int:
-        return hash(self._numbers)
-
-    @property
-    def _numbers(self) -> tuple[object, ...]:
-        """All that tells it from other meshes."""
-        named = (self.boundaries, self.regions)
-        facets, members = (frozenset((name, array.tobytes()) for name, array in of.items()) for of in named)
-        # Zeros are equal whatever their sign.
-        return self.nodes.shape, (self.nodes + 0.0).tobytes(), self.elements.tobytes(), facets, members
 
     @classmethod
     def from_skfem(cls, mesh: Any) -> Mesh:
