@@ -14,6 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bipot.errors import BipotError, ResultsError
+from bipot.fem.reduction import Geometry
+from bipot.results import History
 from paper_figs.stamp import KEY, stamp
 from studies.tables import Value, read_csv, read_rows
 
@@ -65,6 +67,23 @@ def legend_below(figure: Figure, handles: Sequence[Any], columns: int) -> None:
         if side_by_side == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()
+
+
+def require_run(run: History, study: str, geometry: Geometry, columns: Sequence[str], bounds: Sequence[str]) -> None:
+    """Refuse a run of another kind than a figure is made of, by its file and what it lacks.
+
+    It needs one tool, the ``geometry``, ``columns`` of its table, and ``bounds``, the names of boundaries.
+    """
+    tools = run.scene.get("tools")
+    has = {
+        "a single tool": isinstance(tools, list) and len(tools) == 1,
+        f"the geometry {geometry.value}": run.geometry is geometry,
+        **{f"the column {name}": name in run.columns for name in columns},
+        **{f"the boundary {name}": name in run.mesh.boundaries for name in bounds},
+    }
+    lacks = ", ".join(what for what, there in has.items() if not there)
+    if lacks:
+        raise ResultsError(f"{run.file}: is no run of {study}, of which this figure is made: lacks {lacks}")
 
 
 def save(figure: Figure, out: Path, name: str) -> list[Path]:

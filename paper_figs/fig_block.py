@@ -22,13 +22,15 @@ from matplotlib.lines import Line2D
 from matplotlib.tri import Triangulation
 
 from bipot.errors import ResultsError
+from bipot.fem.reduction import Geometry
 from bipot.laws.coulomb import Status
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.typing import Bools, Ints
-from paper_figs.common import LANDED, WIDTH, from_results, legend_below, lettered
+from paper_figs.common import LANDED, WIDTH, from_results, legend_below, lettered, require_run
 
 COMMAND = "python -m studies.block --out {results}"
+COLUMNS = "reduction", "force_N"
 FACES = ("right", "back", "top")
 """What the drawing of the eighth shows, seen from the first octant."""
 
@@ -48,7 +50,7 @@ def draw(runs: Sequence[History]) -> Figure:
     largest = max(float(np.nanmax(run.at().nodal("contact_pressure"))) for run in runs)
     colours = ScalarMappable(Normalize(0.0, largest), "viridis")
     for (left, right), run in zip(axes, runs, strict=True):
-        said = rf"$\mu$ = {run.parameters['mu']:g}: {run['force_N'][-1]:.0f} N at {run['reduction'][-1]:.0%}"
+        said = rf"$\mu$ = {run.scene['tools'][0]['mu']:g}: {run['force_N'][-1]:.0f} N at {run['reduction'][-1]:.0%}"
         eighth(left, run, colours)
         face(right, run, colours)
         left.set(title=said, aspect="equal")
@@ -117,7 +119,16 @@ def figures(results: Path) -> dict[str, Figure]:
     folders = sorted(path for path in results.glob("mu*") if (path / "history.csv").is_file())
     if not folders:
         raise ResultsError(f"{results}: no results; run: {COMMAND.format(results=results)}")
-    return {"fig_block": draw([open_results(folder) for folder in folders])}
+    return {"fig_block": draw([_read(folder) for folder in folders])}
+
+
+def _read(folder: Path) -> History:
+    """The run of a folder, which must be one of the study that has come to an increment."""
+    run = open_results(folder)
+    require_run(run, "studies.block", Geometry.SOLID, COLUMNS, FACES)
+    if not len(run):
+        raise ResultsError(f"{run.file}: no increment is recorded: there is nothing to draw")
+    return run
 
 
 def main(argv: Sequence[str] | None = None) -> None:

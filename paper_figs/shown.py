@@ -14,13 +14,14 @@ from matplotlib.figure import Figure
 
 from bipot.contact.closeness import carries
 from bipot.errors import ResultsError
+from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import run_file
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Ints
-from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results
+from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, require_run
 from studies.closed_forms import Cylinder
 from studies.known_limits import is_upsetting, of_run
 from studies.run_names import friction_of, is_papers, name_of
@@ -124,8 +125,7 @@ def _read(folder: Path) -> History | None:
     if not run_file(folder).is_file():
         return None
     run = open_results(folder)
-    if set(COLUMNS) - set(run.columns) or len(run.scene["tools"]) != 1 or set(BOUNDARIES) - set(run.mesh.boundaries):
-        raise ResultsError(f"{folder}: is no run of studies.upsetting: no figure is made of it")
+    require_run(run, "studies.upsetting", Geometry.AXISYMMETRIC, COLUMNS, BOUNDARIES)
     if not len(run):
         _say(f"{folder}: left out: no increment is recorded")
         return None

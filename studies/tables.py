@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, fields
 from io import BytesIO, StringIO
 from pathlib import Path
@@ -65,11 +65,25 @@ def read_csv(path: Path, command: str) -> list[dict[str, Value]]:
 
     Raises:
         ResultsError: no such file, and the message names the ``command`` that makes it; or no table, by file and line.
+            When a row is asked for a column that the table has not, by file and column.
     """
     if not path.is_file():
         raise ResultsError(f"{path}: no results; run: {command}")
     header, lines = _lines(path)
-    return [dict(zip(header, map(_typed, values), strict=True)) for _, values in lines]
+    return [_Line(path, command, zip(header, map(_typed, values), strict=True)) for _, values in lines]
+
+
+class _Line(dict[str, Value]):
+    """The values of a line of a table by their columns; one that it has not is refused by the table's ``path``."""
+
+    def __init__(self, path: Path, command: str, values: Iterable[tuple[str, Value]]) -> None:
+        super().__init__(values)
+        self.path, self.command = path, command
+
+    def __missing__(self, name: str) -> Value:
+        raise ResultsError(
+            f"{self.path}: has no column {name!r}: it is of another study or version; run: {self.command}"
+        )
 
 
 def read_rows(path: Path, kind: type[Row]) -> list[Row]:
