@@ -7,6 +7,7 @@ import pytest
 
 from bipot import (
     Circle,
+    Configuration,
     Control,
     Elasticity,
     Element,
@@ -109,10 +110,15 @@ def test_tools_that_forces_drive_begin_where_they_are_at_rest():
             pressed(ShapedTool(Circle((-2.3, 0.5), 0.27), (-1.0, 0.0), ("right",), 0.1)),
             r"tools\[0\] = .*: must be such that its mirror image beyond x_0 = 0 is off the body, not 0.0.* in it",
         ),
+        (
+            lambda: replace(first_state(), stress=np.zeros((6, 9, 4))),
+            pressed(wall()),
+            r"state.stress = 'of shape \(6, 9, 4\)': must be of shape \(6, 4, 4\), as in the scene",
+        ),
         (lambda: None, pressed(wall()), "state = None: must be a State"),
         (first_state, None, "scene = None: must be a Scene"),
     ],
-    ids=["pressed", "another mesh", "in the body", "between nodes", "mirrored", "no state", "no scene"],
+    ids=["pressed", "another mesh", "in the body", "between nodes", "mirrored", "points", "no state", "no scene"],
 )
 def test_what_cannot_go_on_is_refused(state, scene, words):
     refused(lambda: handed_on(state(), scene), words)
@@ -124,6 +130,33 @@ def test_a_body_in_other_units_is_refused():
     small = replace(state, nodes=1e-3 * state.nodes, du=1e-3 * state.du)
     words = "start.nodes = 'positions': must be of the mesh's volume under the stress, not 1e-06 times that"
     refused(lambda: march(scene, Schedule(6), EULER, start=handed_on(small, scene)), words)
+
+
+MIDPOINT, PAPER, SMALL = Configuration.MIDPOINT, Configuration.PAPER, Configuration.SMALL
+
+
+@pytest.mark.parametrize("tools", [(), (wall(),)], ids=["alone", "walled"])
+@pytest.mark.parametrize(
+    ("left", "onto", "words"),
+    [
+        (MIDPOINT, SMALL, "'small': .*: the stress is in balance on the state's nodes, not on the mesh at rest"),
+        (PAPER, SMALL, "'small': .*: the stress is in balance on the state's nodes, not on the mesh at rest"),
+        (SMALL, MIDPOINT, "'midpoint': .*: the stress is in balance on the mesh at rest, not on the state's nodes"),
+        (SMALL, PAPER, "'paper': .*: the stress is in balance on the mesh at rest, not on the state's nodes"),
+        (SMALL, SMALL, ""),
+        (MIDPOINT, PAPER, ""),
+        (PAPER, MIDPOINT, ""),
+    ],
+    ids=lambda value: value.value if isinstance(value, Configuration) else "",
+)
+def test_balance_on_other_places_is_refused_at_once(left, onto, words, tools):
+    """The march called it loads that were taken off; alone, the body sprang to a balance that it never had."""
+    *_, last = march(replace(pressed(lid(*DOWN_AND_UP)), configuration=left), Schedule(6), EULER)
+    scene = replace(pressed(*tools), configuration=onto)
+    if words:
+        refused(lambda: handed_on(last.state, scene), f"scene.configuration = {words}")
+    else:
+        assert len(list(march(scene, Schedule(2), EULER, start=handed_on(last.state, scene)))) == 2
 
 
 def test_a_body_under_loads_springs_back_without_tools_and_then_goes_on():

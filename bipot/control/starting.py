@@ -87,13 +87,17 @@ def handed_on(state: State, scene: Scene) -> State:
     out of balance with the loads and supports of a ``scene`` with tools; without tools it springs back.
 
     Raises:
-        SceneError: contact forces; nodes of another mesh; a tool, or its mirror image, in the body, naming it.
+        SceneError: contact forces; nodes of another mesh, or stress at other points; a tool, or its mirror image, in
+            the body, naming it; a scene of small displacements after a march of finite ones, or the other way round,
+            where balance on the mesh at rest and on the nodes differ.
     """
     require_type(state, State, "state")
     require_type(scene, Scene, "scene")
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
     _require_like(state.nodes, scene.mesh.nodes, "state.nodes")
-    contacts, none = system_of(scene).candidates, np.zeros(len(scene.drives))
+    system, none = system_of(scene), np.zeros(len(scene.drives))
+    _require_like(state.stress, system.rest().stress, "state.stress")
+    contacts = system.candidates
     gap = contacts.distance(state.nodes, scene.at_rest)
     if gap.min(initial=0.0) < -PLACED * scene.mesh.size:
         k, depth = int(contacts.tool[gap.argmin()]), -float(gap.min())
@@ -106,7 +110,9 @@ def handed_on(state: State, scene: Scene) -> State:
             apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
             require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
     forces = np.zeros((len(gap), scene.mesh.dimension))
-    return replace(state, tau=0.0, gap=gap, forces=forces, translation=none, translated=none)
+    start = replace(state, tau=0.0, gap=gap, forces=forces, translation=none, translated=none)
+    _require_posed(start, system)
+    return start
 
 
 def require_start(start: State, system: System, equilibrium: float) -> None:
@@ -201,14 +207,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     none_where_held = not start.forces[~contacts.tangent_free, 1:].any()
     require(none_where_held, "start.forces", "tangential ones", "zero where supports hold a node against them")
     with _unfolded():
-        pushed = system.carried(start)
-    nodes = body.scene.balanced(start.nodes - start.du, start.du)
-    forces = element_force(body.space.gradients(nodes), start.stress)
-    loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
-    # Loads that are on at tau = 0 come in the first increment: a start there carries them already, or not yet.
-    carried = [loads] if start.tau > 0 else [loads, np.zeros_like(loads)]
-    off = min(_size(body.space, pushed - load) for load in carried)
-    scale = body.space.force_scale(forces, body.space.spread(loads))
+        off, scale = _imbalance(start, system, body.scene.balanced(start.nodes - start.du, start.du))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     # A body that rested in an increment moved by what was left of balance.
     moved = float(norm(start.du).max()) + (arrived.reach if start.length > 0 else STILL * body.scene.mesh.size)
@@ -217,6 +216,35 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: {why}"
     # Written so that inf (no bound) times a scale of zero, which is NaN, refuses nothing.
     require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
+
+
+def _imbalance(start: State, system: System, nodes: Floats) -> tuple[float, float]:
+    """How far stress and contact forces of a start are off balance on ``nodes`` (a, d), and their scale there."""
+    space, scene = system.body.space, system.body.scene
+    forces = element_force(space.gradients(nodes), start.stress)
+    pushed = system.candidates.load(start.forces, start.nodes, scene.placed(start.tau, start.translation))
+    loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
+    # Loads that are on at tau = 0 come in the first increment: a start there carries them already, or not yet.
+    carried = [loads] if start.tau > 0 else [loads, np.zeros_like(loads)]
+    off = min(_size(space, space.vector(forces) - pushed - load) for load in carried)
+    return off, space.force_scale(forces, space.spread(loads))
+
+
+def _require_posed(start: State, system: System) -> None:
+    """Require a configuration that poses balance where the stress is in balance: small displacements at rest."""
+    scene, du = system.body.scene, start.du
+    places = [("the state's nodes", (start.nodes, start.nodes - du)), ("the mesh at rest", (scene.mesh.nodes,))]
+    (here, posed), (there, other) = places[::-1] if scene.configuration is Configuration.SMALL else places
+    noise = system.round_off(start.stress, float(norm(du).max()) + STILL * scene.mesh.size)
+
+    def balanced(nodes: Floats) -> bool:
+        off, scale = _imbalance(start, system, nodes)
+        return off <= BALANCED * scale + noise
+
+    with _unfolded():
+        right = any(map(balanced, posed)) or not any(map(balanced, other))
+    allowed = f"that of the march before: the stress is in balance on {there}, not on {here}, where this one poses it"
+    require(right, "scene.configuration", scene.configuration.value, allowed)
 
 
 @contextmanager
