@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from bipot.errors import ResultsError, SceneError
+from bipot.forms import Newton
 from bipot.hdf5 import journal
-from bipot.marching import march
+from bipot.marching import Control, Schedule, march
 from bipot.paper import upsetting
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
@@ -89,6 +90,23 @@ def test_other_parameters_are_refused_before_anything_is_touched(recorded):
     with pytest.raises(ResultsError, match=r"scene: tools\[0\]\.travel\[1\] = -1\.0, not -0\.5;"):
         Recorder(recorded, changed, COLUMNS, PARAMETERS, UNITS)
     assert (recorded / "history.csv").read_bytes() == before
+
+
+def test_a_run_goes_on_by_another_schedule_and_control_unless_its_parameters_tell_them(tmp_path):
+    """A march that failed may go on by shorter increments or other forms; who wants to be refused says so."""
+    others, control = Schedule(8), Control(Newton(), cuts=3)
+    told = {"schedule": repr(SCHEDULE), "control": repr(CONTROL)}
+    for parameters in ({}, told):
+        with recorder(tmp_path / str(len(parameters)), **parameters) as begun:
+            begun.record(next(march(SCENE, SCHEDULE, CONTROL)))
+    with recorder(tmp_path / "0", Existing.RESUME) as resumed:
+        for accepted in islice(march(SCENE, others, control, resumed.start), 2):
+            resumed.record(accepted)
+    assert open_results(tmp_path / "0")["form"].tolist() == ["tangent", "newton", "newton"]
+    for other in ({"schedule": repr(others)}, {"control": repr(control)}):
+        with pytest.raises(ResultsError, match=f"holds a run with {next(iter(other))} = "):
+            recorder(tmp_path / "2", Existing.RESUME, **{**told, **other})
+    assert recorder(tmp_path / "2", Existing.RESUME, **told).existing is Existing.RESUME
 
 
 def test_a_run_is_left_alone_unless_asked(tmp_path, recorded):

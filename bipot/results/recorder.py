@@ -39,11 +39,13 @@ PATIENCE = 0.25
 class Recorder:
     """Writes every accepted increment of one run into ``folder``, as a context manager.
 
-    ``parameters`` (JSON values) identify the run. ``units`` of length, force, stress or energy, as {"length": "mm"},
-    are stored as given; those of contact forces of plane strain are per unit of thickness. Every history has the column
-    ``energy_error``: if ``columns`` lacks it, it comes last. A relative ``folder`` belongs to the working directory in
-    which the recorder is made. The march must begin at :attr:`start`: the end of the recorded run if it is resumed,
-    else the given ``start``, by default at rest. With ``Existing.RESUME`` a folder without a run gets a new one.
+    ``parameters`` (JSON values) identify the run; schedule and control of its march do so if they are among them, as
+    their ``repr``, and may otherwise be others when it is resumed. ``units`` of length, force, stress or energy, as
+    {"length": "mm"}, are stored as given; those of contact forces of plane strain are per unit of thickness. Every
+    history has the column ``energy_error``: if ``columns`` lacks it, it comes last. A relative ``folder`` belongs to
+    the working directory in which the recorder is made. The march must begin at :attr:`start`: the end of the recorded
+    run if it is resumed, else the given ``start``, by default at rest. With ``Existing.RESUME`` a folder without a run
+    gets a new one.
 
         with Recorder(folder, scene, columns, parameters, units, existing=Existing.RESUME) as recorder:
             for accepted in march(scene, schedule, control, recorder.start):
