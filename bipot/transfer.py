@@ -36,15 +36,15 @@ from bipot.tensors import deviator, equivalent_stress, identity, norm, trace
 from bipot.typing import Floats, max_abs, vdot
 
 NEAREST = 20
-"""Points that a spline goes through, more where the point asked is beside them, as those of a column of flat elements.
-"""
+"""Points that a spline goes through, and all as near as the farthest of these; more where the point asked is beside
+them, as those of a column of flat elements."""
 
 OUTSIDE, FLAT = 6.0, 1e-6
 """Largest distance from the middle of these points, over their standard deviations, and the least ratio of these."""
 
-APART = 1e-12
-"""Of points as near to a place as each other, a shift of the place by this part of the body's extent, along no axis of
-a mesh, tells which are the nearest: otherwise round-off does, which differs with the numbers of nodes."""
+TIED = 1e-6
+"""Part of the distance of the farthest of these points by which others are as near: all of them belong to the spline.
+Otherwise round-off would choose some, which differ with the numbers of nodes and in mirror images."""
 
 DRAWN = 0.01
 """Differences of volume, over the volume, and of extents, over the size, from which on it is another body."""
@@ -203,14 +203,20 @@ def _interpolated(x: Floats, values: Floats, y: Floats) -> Floats:
     require(bool(np.isfinite(_outside(x[None], x[:1])).all()), "scene.mesh", f"with {len(x)} points", allowed)
     # Kernels of distances far below one are lost beside linear functions; those of distances far above are not.
     unit = float(cKDTree(x).query(x, 2)[0][:, 1].min())
-    x, asked = x / unit, (asked + APART * np.ptp(x, axis=0).max() * np.sqrt((2.0, 3.0, 5.0))[: x.shape[1]]) / unit
+    x, asked = x / unit, asked / unit
     tree = cKDTree(x)
     while left.size:
-        nearest = tree.query(asked[left], near)[1].reshape(len(left), near)
-        outside = _outside(x[nearest], asked[left])
-        good = outside <= (OUTSIDE if near < len(x) else np.inf)
-        if (now := left[good]).size:
-            found[now] = RBFInterpolator(x, known, near, kernel="thin_plate_spline", degree=1)(asked[now])
+        places = asked[left]
+        far, nearest = (out.reshape(len(left), -1) for out in tree.query(places, min(2 * near, len(x))))
+        count = (far <= (1 + TIED) * far[:, near - 1 : near]).sum(axis=1)
+        good = np.zeros(len(left), dtype=np.bool_)
+        for many in np.unique(count).tolist():
+            rows = np.flatnonzero(count == many)
+            outside = _outside(x[nearest[rows, :many]], places[rows])
+            rows = rows[outside <= (OUTSIDE if many < len(x) else np.inf)]
+            if rows.size:
+                spline = RBFInterpolator(x, known, many, kernel="thin_plate_spline", degree=1)
+                found[left[rows]], good[rows] = spline(places[rows]), True
         left, near = left[~good], min(2 * near, len(x))
     return found.reshape(*y.shape[:-1], -1)
 

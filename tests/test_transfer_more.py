@@ -64,6 +64,20 @@ def test_numbers_of_points_do_not_matter_even_where_many_are_as_near(mesh):
         np.testing.assert_allclose(again, found, atol=1e-11)
 
 
+@pytest.mark.parametrize("mesh", [block(1.0, 1.0, 8, 8), brick(1.0, 1.0, 1.0, 6, 6, 6)], ids=["plane", "space"])
+def test_mirror_images_have_mirrored_fields(mesh):
+    """All points as near as the farthest of a spline are its own: some of them would be others in the image."""
+    x = points(mesh)
+    y = np.concatenate([mesh.nodes[mesh.elements].mean(axis=1), mesh.nodes])[None]
+    field = np.sin(3 * x.sum(axis=-1, keepdims=True)) + np.cos(5 * x[..., 1:2])
+    found = _interpolated(x, field, y)
+    for axis in range(x.shape[-1]):
+        way = np.where(np.arange(x.shape[-1]) == axis, -1.0, 1.0)
+        np.testing.assert_allclose(_interpolated(way * x, field, way * y), found, atol=1e-11)
+    swapped = _interpolated(x[..., ::-1], field, y[..., ::-1])
+    np.testing.assert_allclose(swapped, found, atol=1e-11)
+
+
 @pytest.mark.parametrize(
     "mesh", [block(1.0, 1.0, 1, 1, element=Element.T3), brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T4)]
 )
