@@ -15,7 +15,7 @@ import scipy.sparse as sp
 
 from bipot.certificate import MaterialFields
 from bipot.contact.coupling import pairs_of
-from bipot.errors import FoldedAnswer, InvertedElement
+from bipot.errors import FoldedAnswer, InvertedElement, require_type
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.elements import tabulated
 from bipot.fem.kinematics import Kinematics
@@ -27,12 +27,23 @@ from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
 from bipot.tensors import deviatoric_basis, deviatoric_projector, equivalent_stress, identity, trace
-from bipot.typing import EqualByNumbers, Floats, as_numbers, max_abs, read_only, times
+from bipot.typing import EqualByNumbers, Floats, make_arrays, make_floats, max_abs, times
 
 STILL = 1e-9
 """A motion below this fraction of the body's size is what is left of balance, in a body that nothing touches."""
 
-ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "translated")
+ARRAYS = {
+    "nodes": "(a, d)",
+    "stress": "(e, q, s)",
+    "plastic_strain": "(e, q, s)",
+    "peeq": "(e, q)",
+    "forces": "(c, d)",
+    "gap": "(c,)",
+    "du": "(a, d)",
+    "translation": "(m,)",
+    "translated": "(m,)",
+}
+"""The arrays of a state, and their shapes."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -45,6 +56,9 @@ class State(EqualByNumbers):
     lost in the round-off of positions. ``translation`` (m,) is the displacement since rest of tools along their
     driving force, or for moments the arc of their lever (:mod:`bipot.scene.drives`); ``translated`` (m,) is that of the
     increment that led here. Arrays are read-only; states are equal where all their numbers are.
+
+    Raises:
+        SceneError: an array that is not of numbers or has another number of axes, a wrong type.
     """
 
     tau: float
@@ -61,9 +75,9 @@ class State(EqualByNumbers):
     flow: Flow | None = None
 
     def __post_init__(self) -> None:
-        for name in ARRAYS:
-            numbers = as_numbers(getattr(self, name), f"state.{name}")
-            object.__setattr__(self, name, read_only(numbers, np.float64))
+        make_arrays(self, "state.", **ARRAYS)
+        make_floats(self, "tau", "length", of="state.")
+        require_type(self.flow, Flow, "state.flow", optional=True)
 
     def __repr__(self) -> str:
         """One line, without the arrays."""

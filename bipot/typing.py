@@ -124,6 +124,22 @@ def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:
     return array
 
 
+def make_arrays(made: object, of: str, **shapes: str) -> None:
+    """Make read-only arrays of floats of fields of a frozen object, called ``of`` + field in messages.
+
+    The ``shapes``, such as "(a, d)", tell their numbers of axes.
+
+    Raises:
+        SceneError: one is not of numbers, has a masked one, or another number of axes.
+    """
+    for field, shape in shapes.items():
+        array = as_numbers(getattr(made, field), of + field)
+        axes = len(shape.removesuffix(",)").split(","))
+        require(array.ndim == axes, of + field, f"of shape {array.shape}", f"of shape {shape}")
+        array.flags.writeable = False
+        object.__setattr__(made, field, array)
+
+
 def _sealed(values: Iterable[object]) -> None:
     """Make arrays read-only, those of sparse matrices and of dictionaries included."""
     for value in values:

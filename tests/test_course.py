@@ -71,6 +71,35 @@ def test_arrays_of_a_state_are_of_numbers(course, name, of):
     refused(lambda: replace(course.state, **{name: [[1.0], [1.0, 2.0]]}), f"state.{name}: must be an array of numbers")
 
 
+@pytest.mark.parametrize("name", ["strain", "peeq"])
+@pytest.mark.parametrize("of", ["complex", "U40", "bool"])
+def test_so_are_those_of_a_flow(course, name, of):
+    flow = course.state.flow
+    words = rf"flow.{name} = 'of type .*': must be numbers"
+    refused(lambda: replace(flow, **{name: getattr(flow, name).astype(of)}), words)
+    refused(lambda: replace(flow, **{name: [[1.0], [1.0, 2.0]]}), f"flow.{name}: must be an array of numbers")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"nodes": 0.0}, r"state.nodes = 'of shape \(\)': must be of shape \(a, d\)"),
+        ({"stress": np.zeros((4, 7))}, r"state.stress = 'of shape \(4, 7\)': must be of shape \(e, q, s\)"),
+        ({"gap": np.zeros((8, 1))}, r"state.gap = 'of shape \(8, 1\)': must be of shape \(c,\)"),
+        ({"tau": None}, "state.tau = None: must be a number"),
+        ({"length": "x"}, "state.length = 'x': must be a number"),
+        ({"flow": 3}, "state.flow = 3: must be a Flow or None"),
+    ],
+)
+def test_a_state_of_something_else_is_refused_when_it_is_made(course, changes, words):
+    """It could not be printed, and a march refused it later."""
+    refused(lambda: replace(course.state, **changes), words)
+
+
+def test_a_course_begins_at_a_state():
+    refused(lambda: Course.of(None), "state = None: must be a State")
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

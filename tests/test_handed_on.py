@@ -115,10 +115,31 @@ def test_tools_that_forces_drive_begin_where_they_are_at_rest():
             pressed(wall()),
             r"state.stress = 'of shape \(6, 9, 4\)': must be of shape \(6, 4, 4\), as in the scene",
         ),
+        (
+            lambda: replace(first_state(), du=np.zeros((11, 2))),
+            pressed(wall()),
+            r"state.du = 'of shape \(11, 2\)': must be of shape \(12, 2\), as in the scene",
+        ),
+        (
+            lambda: replace(first_state(), peeq=np.full((6, 4), np.nan)),
+            pressed(wall()),
+            "state.peeq = 'NaN or infinite': must be finite",
+        ),
         (lambda: None, pressed(wall()), "state = None: must be a State"),
         (first_state, None, "scene = None: must be a Scene"),
     ],
-    ids=["pressed", "another mesh", "in the body", "between nodes", "mirrored", "points", "no state", "no scene"],
+    ids=[
+        "pressed",
+        "another mesh",
+        "in the body",
+        "between nodes",
+        "mirrored",
+        "points",
+        "motion",
+        "unknown",
+        "no state",
+        "no scene",
+    ],
 )
 def test_what_cannot_go_on_is_refused(state, scene, words):
     refused(lambda: handed_on(state(), scene), words)

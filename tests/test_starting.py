@@ -83,10 +83,10 @@ def pressed_once():
         (lambda state: {"stress": 10 * state.stress}, "start.stress"),
         (lambda state: {"stress": 1e200 * state.stress}, "start.stress"),
         (lambda state: {"length": float("nan")}, "start.length"),
-        (lambda state: {"length": "1"}, "start.length"),
+        (lambda state: {"length": "1"}, "state.length"),
         (lambda state: {"length": -1.0}, "start.length"),
         (lambda state: {"length": 1e-300}, "start.length"),
-        (lambda state: {"flow": "none"}, "start.flow"),
+        (lambda state: {"flow": "none"}, "state.flow"),
     ],
 )
 def test_a_start_that_no_march_leaves_is_refused(pressed_once, change, field):

@@ -77,6 +77,7 @@ class Course(EqualByNumbers):
     @staticmethod
     def of(state: State) -> Course:
         """The course of a march that begins at ``state``."""
+        require_type(state, State, "state")
         return Course(
             state=state,
             number=0,

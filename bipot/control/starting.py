@@ -15,9 +15,8 @@ from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, r
 from bipot.fem.assembly import Space, element_force
 from bipot.fem.strain import Configuration
 from bipot.iterate import Increment
-from bipot.laws.flow import Flow
 from bipot.load_change import BALANCED
-from bipot.response import STILL, State
+from bipot.response import ARRAYS, STILL, State
 from bipot.scene.fitting import inside
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import image_depth
@@ -87,17 +86,18 @@ def handed_on(state: State, scene: Scene) -> State:
     out of balance with the loads and supports of a ``scene`` with tools; without tools it springs back.
 
     Raises:
-        SceneError: contact forces; nodes of another mesh, or stress at other points; a tool, or its mirror image, in
+        SceneError: contact forces; arrays of another mesh, or not finite; a tool, or its mirror image, in
             the body, naming it; a scene of small displacements after a march of finite ones, or the other way round,
             where balance on the mesh at rest and on the nodes differ.
     """
     require_type(state, State, "state")
     require_type(scene, Scene, "scene")
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
-    _require_like(state.nodes, scene.mesh.nodes, "state.nodes")
     system, none = system_of(scene), np.zeros(len(scene.drives))
-    _require_like(state.stress, system.rest().stress, "state.stress")
-    contacts = system.candidates
+    contacts, at_rest = system.candidates, system.rest()
+    for name in ARRAYS:
+        if name not in OF_TOOLS:
+            _require_like(getattr(state, name), getattr(at_rest, name), f"state.{name}")
     gap = contacts.distance(state.nodes, scene.at_rest)
     if gap.min(initial=0.0) < -PLACED * scene.mesh.size:
         k, depth = int(contacts.tool[gap.argmin()]), -float(gap.min())
@@ -132,10 +132,9 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     require_number(start.length, "start.length")
     allowed = f"0, or from {SHORTEST:g} to 1"
     require(start.length == 0 or SHORTEST <= start.length <= 1, "start.length", start.length, allowed)
-    for name, value in vars(at_rest).items():
-        if isinstance(value, np.ndarray):
-            _require_like(getattr(start, name), value, f"start.{name}", TAKEN_OVER if name in OF_TOOLS else "")
-    require_type(start.flow, Flow, "start.flow", optional=True)
+    for name in ARRAYS:
+        otherwise = TAKEN_OVER if name in OF_TOOLS else ""
+        _require_like(getattr(start, name), getattr(at_rest, name), f"start.{name}", otherwise)
     if start.flow is not None:
         _require_like(start.flow.strain, at_rest.plastic_strain, "start.flow.strain")
         _require_like(start.flow.peeq, at_rest.peeq, "start.flow.peeq")

@@ -16,7 +16,7 @@ from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.typing import Bools, EqualByNumbers, Floats, Ints, as_numbers, make_floats, read_only
+from bipot.typing import Bools, EqualByNumbers, Floats, Ints, make_arrays, make_floats
 
 BOUNDED, SMOOTH = 0.3, 0.5
 """Change of the velocity, or of a contact force, over its norm, up to which it is extrapolated; a quadratic's part of a
@@ -110,9 +110,7 @@ class Paced(EqualByNumbers):
 
     def __post_init__(self) -> None:
         make_floats(self, "tau", "middle", of="paced.")
-        for name in ("velocity", "forces"):
-            numbers = as_numbers(getattr(self, name), f"paced.{name}")
-            object.__setattr__(self, name, read_only(numbers, np.float64))
+        make_arrays(self, "paced.", velocity="(a d + m,)", forces="(c, d)")
 
     @staticmethod
     def unknown(state: State) -> Paced:

@@ -21,9 +21,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-
-from bipot.typing import EqualByNumbers, Floats, read_only
+from bipot.typing import EqualByNumbers, Floats, make_arrays
 
 FARTHEST = 1.0
 """Largest fraction a carried on: BDF2 is unstable for rho > 1 + sqrt(2), where a > 1; a smaller a is consistent too."""
@@ -47,8 +45,7 @@ class Flow(EqualByNumbers):
     peeq: Floats
 
     def __post_init__(self) -> None:
-        for name in ("strain", "peeq"):
-            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
+        make_arrays(self, "flow.", strain="(e, q, s)", peeq="(e, q)")
 
     def times(self, fraction: Floats) -> Flow:
         """The flow times ``fraction`` (e, q)."""
