@@ -74,12 +74,12 @@ def require_run(run: History, study: str, geometry: Geometry, columns: Sequence[
 
     It needs one tool, the ``geometry``, ``columns`` of its table, and ``bounds``, the names of boundaries.
     """
-    tools = run.scene.get("tools")
+    tools, known = run.scene.get("tools"), run.mesh.boundaries
     has = {
         "a single tool": isinstance(tools, list) and len(tools) == 1,
         f"the geometry {geometry.value}": run.geometry is geometry,
         **{f"the column {name}": name in run.columns for name in columns},
-        **{f"the boundary {name}": name in run.mesh.boundaries for name in bounds},
+        **{f"the boundary {name}": name in known for name in bounds},
     }
     lacks = ", ".join(what for what, there in has.items() if not there)
     if lacks:
