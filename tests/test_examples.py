@@ -116,6 +116,30 @@ def test_a_mesh_of_a_file_has_its_boundaries_and_marches(run):
     assert run("mesh_from_file", increments=2)[0] == {"axis": 3, "side": 3, "base": 3, "top": 3}
 
 
+def test_two_metals_share_the_force_by_their_areas_without_friction(run):
+    found = run("clad_billet", accuracy=3e-3, elements=6)
+    force = {mu: {name: -last.tool_force(0)[1] for name, last in lasts.items()} for mu, lasts in found.items()}
+    steel, copper = force[0.0]["steel"], force[0.0]["copper"]
+    # Each stays a cylinder: height and volume, less what is elastic, give its plastic strain and its area.
+    for alone, young, poisson, first, modulus in (
+        (steel, 210e3, 0.3, 300.0, 1000.0),
+        (copper, 120e3, 0.34, 80.0, 400.0),
+    ):
+        stress = (first - modulus * np.log(0.6)) / (1 + modulus / young)
+        area = np.pi * 25.0 / 0.6 * np.exp(-stress * (1 - 2 * poisson) / young)
+        assert alone == pytest.approx(stress * area, rel=1e-3)
+    assert force[0.0]["copper core"] == pytest.approx(0.25 * copper + 0.75 * steel, rel=1e-4)
+    assert force[0.0]["steel core"] == pytest.approx(0.25 * steel + 0.75 * copper, rel=1e-4)
+    assert force[0.2]["copper core"] < 0.98 * (0.25 * force[0.2]["copper"] + 0.75 * force[0.2]["steel"])
+    # With friction the core bulges, the soft one by more.
+    bulge = {}
+    for name in ("copper core", "steel core"):
+        last = found[0.2][name]
+        r, z = last.state.nodes[np.unique(last.scene.mesh.interfaces)].T
+        bulge[name] = r[z == 0.0][0] / r[np.argmax(z)]
+    assert bulge["copper core"] > bulge["steel core"] > 1.1
+
+
 def test_two_solvers_of_the_stated_increment_find_the_forces_of_the_march(run):
     found = run("increment_in_cvxpy", increments=4)
     (one, off), (other, also_off) = found.values()

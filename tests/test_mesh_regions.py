@@ -158,3 +158,18 @@ def test_an_empty_subdomain_of_scikit_fem_is_refused():
     given = skfem.MeshQuad().with_subdomains({"none": np.empty(0, int)})
     with pytest.raises(SceneError, match="mesh region 'none' = 'empty'"):
         Mesh.from_skfem(given)
+
+
+def test_interfaces_lie_between_elements_that_are_not_in_the_same_regions():
+    """Each once, on either side of which the element of a region has a neighbour of another, or of none."""
+    mesh = block(3.0, 2.0, 3, 2, element=Element.Q8)
+    sets = {tuple(np.sort(nodes)) for nodes in parted(mesh, core=[0], body=np.arange(6)).interfaces}
+    assert len(sets) == 2
+    first = mesh.elements[0]
+    assert all(np.isin(nodes, first).all() for nodes in sets)
+    assert {tuple(np.round(mesh.nodes[list(nodes)].mean(axis=0), 12)) for nodes in sets} == {(1.0, 0.5), (0.5, 1.0)}
+    assert len(parted(mesh, low=[0, 1, 2]).interfaces) == len(parted(mesh, low=[0, 1, 2], high=[3, 4, 5]).interfaces)
+    assert parted(mesh, body=np.arange(6)).interfaces.shape == mesh.interfaces.shape == (0, 3)
+    solid = brick(2.0, 1.0, 1.0, 2, 1, 1)
+    (face,) = parted(solid, left=[0]).interfaces
+    np.testing.assert_allclose(solid.nodes[face, 0], 1.0)

@@ -1,5 +1,6 @@
 """Pictures of a run: what is drawn is what the run holds, and pyplot is left alone."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -252,3 +253,21 @@ def test_what_is_no_run_is_not_drawn(junk, tmp_path, ax):
     refused(lambda: plot.contour(junk, ax=ax), words)
     refused(lambda: plot.contact_traction(junk, ax=ax), words)
     refused(lambda: plot.animate(junk, "mises", tmp_path / "a.gif"), words)
+
+
+def test_thin_lines_run_between_the_regions_of_a_body(tmp_path):
+    """In contours along parabolas, in pictures of elements straight from end to end."""
+    mesh = block(1.0, 1.0, 2, 2, element=Element.Q8)
+    given = scene(mesh=replace(mesh, regions={"left": [0, 2]}))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    result, known = open_results(tmp_path), given.mesh.interfaces
+    assert np.unique(known).size == 5
+    for draw in (lambda ax: plot.contour(result, "mises", ax=ax), lambda ax: plot.body(accepted, np.arange(4.0), ax)):
+        ax = Figure().add_subplot()
+        draw(ax)
+        thin = [lines for lines in ax.collections if lines.get_linewidth()[0] == 0.8]
+        assert [len(lines.get_paths()) for lines in thin] == [2]
+        ends = [path.vertices[[0, -1]] for path in thin[0].get_paths()]
+        np.testing.assert_allclose(ends, accepted.state.nodes[known[:, [0, -1]]], atol=1e-9)

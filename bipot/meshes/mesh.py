@@ -22,7 +22,7 @@ from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
 from bipot.meshes.groups import Numbers
-from bipot.meshes.regions import regions_of
+from bipot.meshes.regions import marks_of, regions_of
 from bipot.typing import Bools, EqualByNumbers, Floats, FrozenMap, Ints, as_array, max_abs, read_only
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
@@ -200,6 +200,13 @@ class Mesh(EqualByNumbers):
     def outline(self) -> Ints:
         """Facets (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
         return self._facets.nodes[~self._facets.shared]
+
+    @cached_property
+    def interfaces(self) -> Ints:
+        """Facets (f, n) between elements that are not in the same regions, each once."""
+        marks, facets = marks_of(self.regions, len(self.elements)), self._facets
+        apart = (marks[:, :, None] != marks[:, facets.owner[facets.number]]).any(axis=0)
+        return facets.nodes[np.unique(facets.number[apart])]
 
     @cached_property
     def shared(self) -> Bools:

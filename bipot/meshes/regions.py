@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import require, require_type
-from bipot.typing import FrozenMap, Ints, as_array, read_only
+from bipot.typing import Bools, FrozenMap, Ints, as_array, read_only
 
 
 def regions_of(given: Mapping[str, Any], count: int) -> FrozenMap[str, Ints]:
@@ -22,6 +22,18 @@ def regions_of(given: Mapping[str, Any], count: int) -> FrozenMap[str, Ints]:
     """
     require_type(given, Mapping, "mesh.regions")
     return FrozenMap({name: _members(name, members, count) for name, members in given.items()})
+
+
+def marks_of(regions: Mapping[str, Ints], count: int) -> Bools:
+    """Whether each of ``count`` elements is in each region, shape (r, e).
+
+    >>> marks_of({"core": np.array([0]), "body": np.array([0, 1])}, 3).astype(int).tolist()
+    [[1, 0, 0], [1, 1, 0]]
+    """
+    marks = np.zeros((len(regions), count), dtype=bool)
+    for mark, members in zip(marks, regions.values(), strict=True):
+        mark[members] = True
+    return marks
 
 
 def _members(name: object, given: object, count: int) -> Ints:

@@ -38,6 +38,9 @@ SHRUNK = 0.8
 UPRIGHT = 1e-9
 """A surface whose ends are no farther apart across than this, over the size of the body, is upright."""
 
+THIN = 0.8
+"""Width of the lines between regions, in points; the outline's is 1.2."""
+
 MARGIN = 0.08
 """Margin around the body over its size."""
 
@@ -54,6 +57,9 @@ def contour(
     **style: Any,
 ) -> TriMesh:
     """Draw a nodal ``field`` of a run on the deformed body, with its outline, its tools and a bar of colours.
+
+    Thin lines run between elements of different regions; the colours there are means of both sides (:func:`body` has
+    those of each element).
 
     ``at`` is as in :meth:`~bipot.results.History.at`: a reduction or pseudo-time, or a value of the column ``by``;
     None is the last step. ``field`` may be a component, "stress_zz"; of a vector the magnitude is drawn. Between nodes
@@ -81,6 +87,7 @@ def contour(
     usual = {"cmap": "viridis", "shading": "gouraud", "vmin": low, "vmax": high}
     drawn = coloured(x, y, corners, fine, **usual | style)
     boundary(nodes, mesh.outline, axes)
+    _interfaces(mesh, nodes, axes)
     tools(snapshot, axes)
     frame(axes, result, nodes)
     axes.set_title(moment(result, snapshot))
@@ -91,6 +98,12 @@ def contour(
         unit = "" if known.quantity is Quantity.RATIO else f" ({_unit(result, known.quantity)})"
         axes.figure.colorbar(drawn, ax=axes, label=name + unit, shrink=SHRUNK)
     return drawn
+
+
+def _interfaces(mesh: Mesh, nodes: Floats, axes: Axes) -> None:
+    """Thin lines between elements of different regions, if there are any."""
+    if len(mesh.interfaces):
+        boundary(nodes, mesh.interfaces, axes, lw=THIN)
 
 
 def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineCollection:
@@ -173,7 +186,8 @@ def body(
 ) -> PolyCollection:
     """Draw the deformed plane elements with straight edges, coloured by their ``values`` (e,).
 
-    A ``label`` adds a colour bar, whose size over that of the axes is ``shrink``. ``style`` is matplotlib's.
+    A ``label`` adds a colour bar, whose size over that of the axes is ``shrink``. Thin black lines run between elements
+    of different regions. ``style`` is matplotlib's.
 
     Raises:
         SceneError: no increment, a body in space, values that are not one an element.
@@ -188,6 +202,7 @@ def body(
     axes = axes_of(ax)
     faces = PolyCollection(list(corners), array=values, **{"edgecolor": "0.6", "lw": 0.4, **style})
     axes.add_collection(faces)
+    _interfaces(mesh, accepted.state.nodes, axes)
     axes.autoscale_view()
     if label:
         axes.figure.colorbar(faces, ax=axes, label=label, shrink=shrink)
