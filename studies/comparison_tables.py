@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 from studies import penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
-from studies.accuracy import domed, paced
+from studies.accuracy import foreign, paced
 from studies.speed_jobs import Knob
 from studies.tables import Value, read_csv, read_rows
 
@@ -170,15 +170,16 @@ def of_paced(results: Path) -> Made:
     return head, rows
 
 
-def of_domed(results: Path) -> Made:
-    """Forces of both programs on the domed punch, and how far ours is from the other."""
-    rows = read_rows(results / f"{domed.NAME}.csv", domed.Row)
-    head = ["mu", "a side", *(f"travel of {100 * mark:g} %" for mark in domed.MARKS)]
+def of_foreign(results: Path, study: foreign.Study) -> Made:
+    """Forces of both programs on a punch, and how far ours is from the other; a dash where one does not come."""
+    rows = read_rows(results / f"{study.name}.csv", foreign.Row)
+    marks = study.whole.marks
+    head = ["mu", "a side", *(f"travel of {100 * mark:g} %" for mark in marks)]
     lines = dict[tuple[float, int], list[str]]()
     for row in rows:
         cells = lines.setdefault((row.mu, row.elements), [f"{row.mu:g}", str(row.elements)])
         cells.append(f"{row.own_force_N:.0f}, {row.foreign_force_N:.0f} ({100 * row.difference:+.2f} %)")
-    return head, list(lines.values())
+    return head, [[*cells, *["–"] * (len(head) - len(cells))] for cells in lines.values()]
 
 
 def _penalties(results: Path) -> list[Line]:

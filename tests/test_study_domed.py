@@ -8,16 +8,13 @@ import pytest
 from studies.accuracy import domed
 from studies.accuracy.calculix import ABSENT, executable
 from studies.accuracy.deck import NODES
-from studies.accuracy.domed import FAST, MARKS, MOST, RADIUS, SIZE, DomedDeck, Plan, Row, key
+from studies.accuracy.domed import MARKS, RADIUS, SIZE, STUDY, DomedDeck
+from studies.accuracy.foreign import MOST, Row, key
 from studies.tables import read_rows
 
 KEPT = Path(__file__).parents[1] / "docs" / "results"
 INSTALLED = pytest.mark.skipif(executable() is None, reason=ABSENT)
 DECK = DomedDeck(0.3, "CAX8R", NODES, 2, 0.02, 10.0, 0.1)
-
-
-def marks_of(plan):
-    return [(mu, side, mark) for side in plan.sides for mu in plan.mus for mark in plan.marks]
 
 
 def test_the_deck_has_the_scene_and_a_sphere_that_touches_its_top():
@@ -37,9 +34,7 @@ def test_the_deck_has_the_scene_and_a_sphere_that_touches_its_top():
 def test_the_fast_study_has_the_foreign_force(tmp_path):
     assert domed.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_rows(tmp_path / "domed.csv", Row)
-    assert [key(row) for row in rows] == [
-        (mu, side, mark) for side in FAST.sides for mu in FAST.mus for mark in FAST.marks
-    ]
+    assert [key(row) for row in rows] == STUDY.fast.keys
     for row in rows:
         assert row.difference == row.own_force_N / row.foreign_force_N - 1
         assert abs(row.difference) < MOST
@@ -54,8 +49,8 @@ def test_without_calculix_nothing_is_compared_and_that_is_said(tmp_path, monkeyp
 
 def test_the_kept_forces_are_as_the_page_says():
     """Both programs to the end on every mesh; friction makes more than twenty times the difference of programs."""
-    rows, plan = read_rows(KEPT / "domed.csv", Row), Plan()
-    assert [key(row) for row in rows] == marks_of(plan)
+    rows, plan = read_rows(KEPT / "domed.csv", Row), STUDY.whole
+    assert [key(row) for row in rows] == plan.keys
     assert max(abs(row.difference) for row in rows) <= MOST
     last = {row.mu: row.own_force_N for row in rows if (row.elements, row.travel) == (plan.sides[-1], MARKS[-1])}
     assert last[0.3] / last[0.0] - 1 > 20 * MOST

@@ -14,16 +14,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.laws.material import Material
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import cylinder
 from bipot.paper import upsetting
+from bipot.scene.regions import parts_of
 from bipot.scene.scene import Scene
 from bipot.typing import Floats, Ints
 
 NODES, FACES = "NODE TO SURFACE", "SURFACE TO SURFACE"
-PUNCH, HOLE, OUTSIDE = "PUNCH", 0.001, 2.0
-"""Name of the punch's nodes; its inner radius over the cylinder's, and its outer one."""
+BODY, PUNCH, HOLE, OUTSIDE = "BODY", "PUNCH", 0.001, 2.0
+"""Names of the body's and the punch's nodes; the punch's inner radius over the cylinder's, and its outer one."""
 
 STRAIN = 10.0
 """Equivalent plastic strain to which the curve, which is straight, is given: more than any point reaches."""
@@ -87,13 +89,15 @@ class Deck:
     def _law(self, mesh: Mesh) -> Iterator[str]:
         """Materials and contact."""
         scene, height = self.scene(), float(mesh.nodes[:, -1].max())
-        bulk, strains = scene.material, np.array([0.0, STRAIN])
-        penalty = self.stiffness * bulk.elasticity.young * self.elements / height
-        yield f"*MATERIAL, NAME=BODY\n*ELASTIC\n{bulk.elasticity.young:.12g}, {bulk.elasticity.poisson:.12g}"
-        yield "*PLASTIC"
-        yield from (f"{y:.12g}, {p:g}" for y, p in zip(bulk.yield_stress(strains), strains, strict=True))
-        yield f"*MATERIAL, NAME=TOOL\n*ELASTIC\n{bulk.elasticity.young:.12g}, {bulk.elasticity.poisson:.12g}"
-        yield "*SOLID SECTION, ELSET=BODY, MATERIAL=BODY\n*SOLID SECTION, ELSET=TOOL, MATERIAL=TOOL"
+        penalty = self.stiffness * scene.material.elasticity.young * self.elements / height
+        for name, elements in parts_of(scene.regions, mesh).items():
+            part = name.upper() or BODY
+            yield from _material(part, scene.regions.get(name, scene.material))
+            yield f"*ELSET, ELSET=OF_{part}"
+            yield from (f"{element + 1}," for element in elements)
+            yield f"*SOLID SECTION, ELSET=OF_{part}, MATERIAL={part}"
+        yield from _elastic("TOOL", scene.material)
+        yield "*SOLID SECTION, ELSET=TOOL, MATERIAL=TOOL"
         yield "*SURFACE INTERACTION, NAME=LAW"
         yield f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{penalty:.12g}"
         if self.mu > 0:
@@ -148,10 +152,21 @@ class Deck:
             before = mark
 
 
+def _elastic(name: str, material: Material) -> Iterator[str]:
+    yield f"*MATERIAL, NAME={name}\n*ELASTIC\n{material.elasticity.young:.12g}, {material.elasticity.poisson:.12g}"
+
+
+def _material(name: str, material: Material) -> Iterator[str]:
+    strains = np.array([0.0, STRAIN])
+    yield from _elastic(name, material)
+    yield "*PLASTIC"
+    yield from (f"{y:.12g}, {p:g}" for y, p in zip(material.yield_stress(strains), strains, strict=True))
+
+
 def _body(mesh: Mesh, element: str, held: Mapping[str, Floats]) -> Iterator[str]:
-    yield "*NODE, NSET=BODY"
+    yield f"*NODE, NSET={BODY}"
     yield from numbered(1, mesh.nodes)
-    yield f"*ELEMENT, TYPE={element}, ELSET=BODY"
+    yield f"*ELEMENT, TYPE={element}, ELSET={BODY}"
     yield from (line for number, cell in enumerate(mesh.elements, 1) for line in entries(number, *(cell + 1)))
     for name, place in held.items():
         yield f"*NSET, NSET={name}"
