@@ -65,11 +65,11 @@ def draw(found: dict[float, dict[str, bp.Accepted]]) -> None:
     peeq = {name: lasts[name].peeq.mean(axis=1) for name in ("copper core", "steel core")}
     limits = np.min(list(peeq.values())), np.max(list(peeq.values()))
     _, axes = plt.subplots(1, 2, figsize=(10, 2.8), sharex=True, sharey=True, layout="constrained")
-    for ax, (name, values) in zip(axes, peeq.items(), strict=True):
-        faces = plot.body(lasts[name], values, ax, lw=0.2, clim=limits)
+    for ax, name in zip(axes, peeq, strict=True):
         ax.set(xlabel="r [mm]", title=f"{name} in {BILLETS[name][1]}, mu = {max(found)}", aspect="equal")
     axes[0].set(ylabel="z [mm]")
-    plt.colorbar(faces, ax=axes, label="equivalent plastic strain", shrink=0.85)
+    faces = [plot.body(lasts[name], peeq[name], ax, lw=0.2, clim=limits) for ax, name in zip(axes, peeq, strict=True)]
+    plt.colorbar(faces[0], ax=axes, label="equivalent plastic strain", shrink=0.85)
 
 
 # %%

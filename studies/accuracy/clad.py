@@ -78,7 +78,7 @@ STUDY = Study(
     deck=CladDeck,
     whole=Plan((0.0, 0.1, 0.3), (5, 10), MARKS),
     fast=Plan((0.1,), (5,), MARKS[:2]),
-    given={"core": CORE},
+    given={"core": CORE, "steel": repr(STEEL), "copper": repr(COPPER)},
 )
 
 

@@ -79,7 +79,7 @@ class Study:
     deck: type[Deck]
     whole: Plan
     fast: Plan
-    given: Mapping[str, float]
+    given: Mapping[str, float | str]
 
     def own(self, mu: float, elements: int, marks: Sequence[float]) -> tuple[list[float], int]:
         """Forces (N) at the marks, to the last before an element folds, and how many increments they took."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from math import log
 
+from studies.accuracy.clad import known
 from studies.quoted.filling import Quoted
 from studies.quoted.results import Line, Results, digits, percent, power
 
@@ -181,6 +182,12 @@ def _by_friction(results: Results) -> float:
     return rough / smooth - 1
 
 
+def _off_known(results: Results, column: str) -> float:
+    """Largest relative error of the force on a body of two metals without friction, for which it is known."""
+    rows = results.rows("clad", mu=0.0)
+    return max(abs(float(row[column]) / known(float(row["travel"])) - 1) for row in rows)
+
+
 QUOTED = Quoted(
     values={
         "above_the_line": _above_the_line,
@@ -211,6 +218,9 @@ QUOTED = Quoted(
         "fine_40_increments": lambda results: digits(_fine(results, "40 increments", "increments"), 4),
         "fine_accuracy": lambda results: percent(_fine(results, "accuracy 0.001", "force_error"), 1),
         "domed": lambda results: percent(max(map(abs, results.column("domed", "difference"))), 1),
+        "clad": lambda results: percent(max(map(abs, results.column("clad", "difference"))), 1),
+        "clad_own": lambda results: percent(_off_known(results, "own_force_N"), 1),
+        "clad_foreign": lambda results: percent(_off_known(results, "foreign_force_N"), 1),
         "domed_friction": lambda results: percent(_by_friction(results)),
         "fine_accuracy_increments": lambda results: digits(_fine(results, "accuracy 0.001", "increments"), 4),
     },
