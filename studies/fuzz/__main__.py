@@ -1,12 +1,15 @@
 """Random scenes and discrete Coulomb problems, each judged by an independent recomputation.
 
-    python -m studies.fuzz [--scenes 600] [--shaped 300] [--solid 100] [--solid-shaped 100] [--coulomb 2000] [--seed S]
-                           [--jobs J] [--resume | --overwrite] [--out DIR] [--fast]
+    python -m studies.fuzz [--scenes 600] [--shaped 300] [--solid 100] [--solid-shaped 100] [--regional 100]
+                           [--solid-regional 50] [--coulomb 2000] [--seed S] [--jobs J] [--resume | --overwrite]
+                           [--out DIR] [--fast]
 
 Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz.shaped`), solid ones are of
 bodies in space (:mod:`studies.fuzz.solid`), under curved and turning tools too (:mod:`studies.fuzz.solid_shaped`).
+Regional ones are any of these, of several materials (:mod:`studies.fuzz.regional`).
 Scenes and problems have the seeds S, S + 1, ...: one seed again is
-``--seed THAT --scenes 1 --shaped 0 --solid 0 --solid-shaped 0 --coulomb 0``. Every scene is marched as drawn, in other
+``--seed THAT --scenes 1 --shaped 0 --solid 0 --solid-shaped 0 --regional 0 --solid-regional 0 --coulomb 0``.
+Every scene is marched as drawn, in other
 units, mirrored, renumbered and, about each of its planes of symmetry, unfolded; bodies in space turned or with axes
 exchanged instead of mirrored, and unfolded about one plane.
 ``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
@@ -44,11 +47,13 @@ OPTIONS = {
     "shaped": "shaped",
     "solid": "solid",
     "solid shaped": "solid_shaped",
+    "regional": "regional",
+    "solid regional": "solid_regional",
     "coulomb": "coulomb",
 }
 """Which option says how many of a kind."""
 
-FAST = {"scene": 10, "shaped": 10, "solid": 5, "solid shaped": 5, "coulomb": 50}
+FAST = {"scene": 10, "shaped": 10, "solid": 5, "solid shaped": 5, "regional": 5, "solid regional": 3, "coulomb": 50}
 """The most of each kind where a run is to be short."""
 
 
@@ -69,6 +74,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--shaped", type=count(0), default=300, help="those with curved tools (default %(default)s)")
     p.add_argument("--solid", type=count(0), default=100, help="bodies in space (default %(default)s)")
     p.add_argument("--solid-shaped", type=count(0), default=100, help="with curved tools (default %(default)s)")
+    p.add_argument("--regional", type=count(0), default=100, help="of several materials (default %(default)s)")
+    p.add_argument("--solid-regional", type=count(0), default=50, help="such bodies in space (default %(default)s)")
     p.add_argument("--coulomb", type=count(0), default=2000, help="random discrete problems (default %(default)s)")
     p.add_argument("--seed", type=count(0), default=0, help="of the first scene and problem (default %(default)s)")
     p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")

@@ -22,6 +22,7 @@ from bipot.typing import Floats
 from studies.fuzz.claims import Claim, claim_of, refuted
 from studies.fuzz.placed import drives
 from studies.fuzz.record import forces_by_node, idle, is_round_off, reported_unique, setting_of, step_of
+from studies.fuzz.regional import draw_regional
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn, draw
 from studies.fuzz.shaped import draw_shaped
@@ -203,6 +204,11 @@ def judge_scene(seed: int, others: bool = True) -> Row:
 def judge_shaped(seed: int, others: bool = True) -> Row:
     """The same of the seed's scene with tools that are not flat."""
     return ended(known("shaped", seed, draw_shaped, partial(_judged, others=others)))
+
+
+def judge_regional(seed: int, others: bool = True) -> Row:
+    """The same of the seed's scene of several materials."""
+    return ended(known("regional", seed, draw_regional, partial(_judged, others=others)))
 
 
 def known(name: str, seed: int, drawing: Callable[[int], Drawn], judging: Callable[[Row, Drawn], Row]) -> Iterator[Row]:

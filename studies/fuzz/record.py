@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,13 +12,12 @@ from bipot.checks.determinacy import branches
 from bipot.control.accepted import Accepted
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
-from bipot.laws.von_mises import VonMises
 from bipot.response import State
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.contacts import contacts, facing, shaped
+from studies.fuzz.metals import moduli, yield_stress_of
 from studies.fuzz.placed import held_by, led_of, planes, prescribed_at, tools_gone
 from studies.fuzz.points import held_nodes, posed
 from studies.independent.between import surface_of
@@ -37,7 +35,7 @@ IN_PLANE = 1e-9
 def setting_of(scene: Scene) -> Setting:
     """What stays the same in a run."""
     axes, held = held_by(scene)
-    assert isinstance(scene.material, VonMises)
+    young, poisson = moduli(scene)
     x, size = scene.mesh.nodes, float(np.ptp(scene.mesh.nodes, axis=0).max())
     mirrors = planes(scene)
     beside = [np.flatnonzero(np.abs(x[:, d] - position) <= IN_PLANE * size) for d, position in mirrors]
@@ -49,9 +47,9 @@ def setting_of(scene: Scene) -> Setting:
         axisymmetric=scene.geometry is Geometry.AXISYMMETRIC,
         midpoint=scene.configuration is Configuration.MIDPOINT,
         quadrature=scene.rule.value,
-        young=scene.material.elasticity.young,
-        poisson=scene.material.elasticity.poisson,
-        yield_stress=curve_of(scene.material.hardening),
+        young=young,
+        poisson=poisson,
+        yield_stress=yield_stress_of(scene),
         held=held,
         size=size,
         rest=scene.mesh.nodes,
@@ -106,7 +104,7 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tu
     state, size = accepted.state, setting.size
     tools = tools_gone(scene, accepted.start, state)
     moved = max(float(np.abs(state.du).max()), float(np.abs(tools).max()))
-    stress = share * (3 * setting.bulk + 2 * setting.shear) * moved / size
+    stress = share * float((3 * setting.bulk + 2 * setting.shear).max()) * moved / size
     force = stress * (size**2 if setting.axisymmetric else size)
     return bool(np.abs(state.stress).max() < stress), bool(np.abs(state.forces).max(initial=0.0) < force)
 
@@ -211,20 +209,3 @@ def _applied(scene: Scene, tau: float) -> Applied:
 def _moment(state: State) -> Moment:
     stress, plastic = mandel_to_full(state.stress), mandel_to_full(state.plastic_strain)
     return Moment(state.nodes, stress, plastic, state.peeq, state.forces)
-
-
-def curve_of(hardening: Hardening) -> Callable[[Floats], Floats]:
-    """The yield stress written a second time, from the curve's numbers."""
-    if isinstance(hardening, Perfect):
-        sigma = hardening.sigma_y
-        return lambda p: sigma + 0 * p
-    if isinstance(hardening, Linear):
-        sigma, slope = hardening.sigma_y, hardening.modulus
-        return lambda p: sigma + slope * p
-    if isinstance(hardening, Voce):
-        h = hardening
-        return lambda p: h.sigma_y + h.saturation * (1 - np.exp(-h.rate * p)) + h.modulus * p
-    if isinstance(hardening, Tabulated):
-        x, y = np.array(hardening.peeq), np.array(hardening.stress)
-        return lambda p: np.interp(p, x, y)
-    raise TypeError(f"no curve known for {hardening!r}")

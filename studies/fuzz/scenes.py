@@ -86,7 +86,7 @@ def draw(seed: int) -> Drawn:
     scene = Scene(
         mesh=mesh,
         geometry=Geometry.PLANE_STRAIN if body == "block" else Geometry.AXISYMMETRIC,
-        material=_material(rng, stress),
+        material=drawn_material(rng, stress),
         supports=_supports(rng, body, tools),
         tools=tools,
         quadrature=rule(np.random.default_rng([seed, 5]), mesh, str(rng.choice([q.value for q in RULES[Element.Q8]]))),
@@ -170,7 +170,7 @@ def _travel(rng: Rng) -> float:
     return 10.0 ** float(rng.choice(exponents, p=[0.28, 0.44, 0.28]))
 
 
-def _material(rng: Rng, stress: float) -> VonMises:
+def drawn_material(rng: Rng, stress: float) -> VonMises:
     """``stress`` is the yield stress; E over it 50 to 1e4, sometimes to 1e12."""
     young = stress * 10.0 ** (rng.uniform(4, 12) if rng.random() < 0.2 else rng.uniform(np.log10(50), 4))
     poisson = float(rng.choice([rng.uniform(-0.5, 0.2), rng.uniform(0.2, 0.4), 0.49, 0.499, 0.4999]))

@@ -13,7 +13,9 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.typing import Floats
 from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, known, run
+from studies.fuzz.metals import bulk_and_shear
 from studies.fuzz.record import reported_unique
+from studies.fuzz.regional import draw_solid_regional
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid_claims import refuted
@@ -70,6 +72,11 @@ def judge_solid_shaped(seed: int, others: bool = True) -> Row:
     return ended(known("solid shaped", seed, draw_solid_shaped, partial(_judged, others=others)))
 
 
+def judge_solid_regional(seed: int, others: bool = True) -> Row:
+    """The same of the seed's body of several materials."""
+    return ended(known("solid regional", seed, draw_solid_regional, partial(_judged, others=others)))
+
+
 def _others(drawn: Drawn, seed: int) -> list[SolidVariant]:
     """What the scene is run as besides, about one plane of symmetry unfolded, if it has any.
 
@@ -97,10 +104,10 @@ def excuses(scene: Scene, accepted: Accepted) -> tuple[str, ...]:
     Only where the library says that equilibrium or the law is below resolution.
     """
     below = {"equilibrium", "law"} & set(accepted.solved.certificate.below_resolution(BOUNDS))
-    elastic, state, size = scene.material.elasticity, accepted.state, scene.mesh.size
+    (bulk, shear), state, size = bulk_and_shear(scene), accepted.state, scene.mesh.size
     moved = max(float(np.abs(state.du).max()), float(np.abs(accepted.solved.iterate.tool_travel).max(initial=0.0)))
     stress, pushed = float(np.abs(state.stress).max()), float(np.abs(state.forces).max(initial=0.0))
-    faint = FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / size
+    faint = FAINT * float((3 * bulk + 2 * shear).max()) * moved / size
     if below and stress < max(faint, IDLE * pushed / size**2):
         return BLURRED
     return ("disc",) if "law" in below and pushed < faint * size**2 else ()

@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from bipot.fem.strain import Configuration
-from bipot.laws.von_mises import VonMises
 from bipot.marching import system_of
 from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Floats, einsum
 from studies.fuzz.claims import Claim, tried, unmet
+from studies.fuzz.metals import yield_stress_of
 from studies.fuzz.placed import Drive
-from studies.fuzz.record import curve_of
 from studies.fuzz.solid_contacts import framed
 from studies.fuzz.solid_held import freed, whole_size
 from studies.fuzz.solid_loads import loads_on
@@ -56,10 +55,9 @@ def proofs(scene: Scene, claim: Claim) -> list[Proof]:
 
 def solid_of(scene: Scene) -> Solid:
     """The body in plain numbers."""
-    assert isinstance(scene.material, VonMises)
-    sigma_y = curve_of(scene.material.hardening)(np.array([HARDENED]))
+    sigma_y = yield_stress_of(scene)(np.full((len(scene.mesh.elements), 1), HARDENED))
     elements, rest, volume = scene.mesh.elements, scene.mesh.nodes, scene.volume_change.value
-    return Solid(elements, rest, scene.rule.value, volume, float(sigma_y[0]), freed(scene))
+    return Solid(elements, rest, scene.rule.value, volume, sigma_y, freed(scene))
 
 
 def drives_at(scene: Scene, tau: float) -> Drives:

@@ -13,6 +13,7 @@ from bipot.scene.scene import Scene
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints, Vector, einsum
+from studies.fuzz.metals import yield_stress_of
 from studies.fuzz.solid_held import prescribed_at, whole_size
 from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
@@ -171,7 +172,7 @@ def _caps(scene: Scene, state: State, tool: AnyTool, shape: Solid, pose: Floats,
     places = {Configuration.MIDPOINT: state.nodes, Configuration.PAPER: state.nodes - state.du}
     balanced, faces = places.get(scene.configuration, mesh.nodes), faces_of(mesh, tool)
     volume = place(balanced, mesh.elements, scene.rule.value).volume
-    strength = mean_shear(scene.material.yield_stress(state.peeq), volume)
+    strength = mean_shear(yield_stress_of(scene)(state.peeq), volume)
     gap = every.weights @ shape.near(shape.seen(state.nodes, pose)).gap
     most = carried(faces, every.ends, gap, strength[owners(mesh, faces)], balanced, state.nodes)
     return np.where(np.isfinite(share), np.where(np.isfinite(share), share, 0.0) * most, np.inf)

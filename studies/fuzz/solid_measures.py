@@ -34,6 +34,7 @@ from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
 from bipot.typing import Floats, einsum, vdot
+from studies.fuzz.metals import bulk_and_shear, yield_stress_of
 from studies.fuzz.record import carried
 from studies.fuzz.solid_between import between
 from studies.fuzz.solid_contacts import touching
@@ -126,7 +127,7 @@ def _strained(scene: Scene, accepted: Accepted) -> _Strained:
     start, end, elements = accepted.start, accepted.state, scene.mesh.elements
     midpoint, small = scene.configuration is Configuration.MIDPOINT, scene.configuration is Configuration.SMALL
     begin = scene.mesh.nodes if small else start.nodes
-    rule, elastic = scene.rule.value, scene.material.elasticity
+    rule, (bulk, shear) = scene.rule.value, bulk_and_shear(scene)
     strained = place(begin + end.du / 2 if midpoint else begin, elements, rule)
     ended = place(begin + end.du if midpoint else begin, elements, rule)
     G = displacement_gradient(strained, end.du[elements])
@@ -138,17 +139,17 @@ def _strained(scene: Scene, accepted: Accepted) -> _Strained:
     midway = ended.volume * (np.exp(-trace / 2) if midpoint else 1.0)
     held_trace = fitted(trace, midway, scene.mesh.nodes[elements], rule, scene.volume_change.value)
     strain = strain + (held_trace - trace)[..., None, None] / 3 * np.eye(3)
-    stiff = 3 * elastic.bulk + 2 * elastic.shear
+    stiff = 3 * bulk + 2 * shear
     last = einsum("eai,eqaj->eq", np.abs(end.du[elements]), np.abs(strained.slopes))
     plastic = _size(full(end.plastic_strain)) + _size(full(start.plastic_strain))
-    blur = EPS * (stiff * last + 2 * elastic.shear * plastic + _size(full(end.stress)) + _size(full(start.stress)))
+    blur = EPS * (stiff * last + 2 * shear * plastic + _size(full(end.stress)) + _size(full(start.stress)))
     return _Strained(
         strain=strain,
         Q=rotation(spin, 1.0),
         begun=np.exp(-np.trace(G, axis1=-2, axis2=-1)) if midpoint else np.ones(G.shape[:2]),
         forces=element_forces(ended, full(end.stress)),
         volume=ended.volume,
-        stiffness=nodal_stiffness(ended, elements, elastic.bulk, elastic.shear, len(begin)),
+        stiffness=nodal_stiffness(ended, elements, bulk, shear, len(begin)),
         lever=einsum("eq,eqa->ea", blur * ended.volume, np.abs(ended.slopes).sum(axis=-1)),
         blur=blur,
     )
@@ -200,13 +201,13 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
 
 def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, float]:
     """Elastic law and yield."""
-    elastic, start, end = scene.material.elasticity, accepted.start, accepted.state
+    (bulk, shear), start, end = bulk_and_shear(scene), accepted.start, accepted.state
     flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
-    volume = elastic.bulk * np.trace(s.strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-    stress = turned(full(start.stress), s.Q) + 2 * elastic.shear * _deviator(s.strain - flowed) + volume
+    volume = (bulk * np.trace(s.strain, axis1=-2, axis2=-1))[..., None, None] * np.eye(3)
+    stress = turned(full(start.stress), s.Q) + 2 * shear[..., None, None] * _deviator(s.strain - flowed) + volume
     largest = max(float(_size(full(end.stress)).max()), float(_size(full(start.stress)).max()))
     off = np.maximum(_size(full(end.stress) - stress) - s.blur, 0.0).max()
-    sigma_y = scene.material.yield_stress(end.peeq)
+    sigma_y = yield_stress_of(scene)(end.peeq)
     excess = np.sqrt(1.5) * _size(_deviator(full(end.stress))) / sigma_y - 1
     excess -= EPS * (1 + _size(full(end.stress)) / sigma_y)
     return over(off, largest), float(np.maximum(excess, 0.0).max())
@@ -237,13 +238,14 @@ def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
 
 def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load: Floats) -> Floats:
     """Work, elastic, plastic, friction (4,) of the increment, each by the mean of start and end."""
-    start, end, elastic = accepted.start, accepted.state, scene.material.elasticity
+    start, end = accepted.start, accepted.state
+    bulk, shear = (modulus[..., None, None] for modulus in bulk_and_shear(scene))
     before, now = turned(full(start.stress), s.Q), full(end.stress)
     flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
     S = (s.begun[..., None, None] * before + now) / 2
     change = now - before
     mean = np.trace(change, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
-    stored = (change - mean) / (2 * elastic.shear) + mean / (3 * elastic.bulk)
+    stored = (change - mean) / (2 * shear) + mean / (3 * bulk)
     begun, ended = c.start_rubbed(start.forces), c.rubbed(end.forces)
     r, rubs = (begun + ended) / 2, c.not_in_air(whole_size(scene))
     pushed = c.vectors(r)
@@ -270,8 +272,7 @@ def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[
     """What the increment dissipates by the stress and the forces at its end, less what round-off makes of it."""
     start, end = accepted.start, accepted.state
     flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
-    shear = scene.material.elasticity.shear
-    unsure = float((s.volume * _size(full(end.stress)) * s.blur).sum()) / (2 * shear)
+    unsure = float((s.volume * _size(full(end.stress)) * s.blur / (2 * bulk_and_shear(scene)[1])).sum())
     plastic = float(einsum("eq,eqij,eqij->", s.volume, full(end.stress), flowed)) + unsure
     lengths = c.at_most(np.linalg.norm(end.du[c.part], axis=1) + np.linalg.norm(c.motion, axis=1)) + c.unsure
     rubbed = -vdot(end.forces[:, 1:], c.slip) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)

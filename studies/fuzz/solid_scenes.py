@@ -62,7 +62,7 @@ def draw_solid(seed: int) -> Drawn:
     scene = Scene(
         mesh=mesh,
         geometry=Geometry.SOLID,
-        material=_material(rng, stress),
+        material=drawn_solid_material(rng, stress),
         supports=supports(rng, mesh, tools),
         tools=tools,
         quadrature=Quadrature.GAUSS3 if mesh.element.shape.cube and rng.random() < 0.15 else None,
@@ -179,7 +179,7 @@ def _path(rng: Rng) -> Path:
     return paths[rng.choice(5, p=[0.55, 0.15, 0.1, 0.08, 0.12])]
 
 
-def _material(rng: Rng, stress: float) -> VonMises:
+def drawn_solid_material(rng: Rng, stress: float) -> VonMises:
     """``stress`` is the yield stress; E over it 50 to 1e4, sometimes to 1e12."""
     young = stress * 10.0 ** (rng.uniform(4, 12) if rng.random() < 0.15 else rng.uniform(np.log10(50), 4))
     poisson = float(rng.choice([rng.uniform(-0.5, 0.2), rng.uniform(0.2, 0.4), 0.49, 0.4999]))

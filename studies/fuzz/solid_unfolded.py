@@ -79,6 +79,7 @@ def _mesh(mesh: Mesh, plane: Symmetry, seen: Turned, image: Ints) -> Mesh:
         np.vstack([mesh.nodes, beyond]),
         np.vstack([mesh.elements, image[mesh.elements][:, mesh.element.mirrored]]),
         {**mesh.boundaries, **images, HELD: mesh.boundaries[plane.boundary][:1]},
+        {name: np.concatenate([own, own + len(mesh.elements)]) for name, own in mesh.regions.items()},
     )
 
 

@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.mesh import Mesh
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.typing import Floats, Ints
+from studies.fuzz.metals import metals_in
 from studies.fuzz.solid_turned import Turned
-from studies.fuzz.variants import hardened_in
 from studies.independent.solid import places
 
 TURNED = 0.5
@@ -61,12 +60,8 @@ def variants(scene: Scene, seed: int) -> list[SolidVariant]:
 
 def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
     """Lengths times ``length``, stresses times ``stress``."""
-    assert isinstance(scene.material, VonMises)
-    mesh, elastic, force = scene.mesh, scene.material.elasticity, stress * length**2
+    mesh, force = scene.mesh, stress * length**2
     seen = Turned(np.eye(3), length=length)
-    material = VonMises(
-        Elasticity(elastic.young * stress, elastic.poisson), hardened_in(scene.material.hardening, stress)
-    )
 
     def load(one: Load) -> Load:
         if isinstance(one, Pressure):
@@ -79,9 +74,8 @@ def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
         return replace(one, displacement=one.displacement * length) if isinstance(one, Prescribed) else one
 
     other = replace(
-        scene,
-        mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
-        material=material,
+        metals_in(scene, stress),
+        mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries, mesh.regions),
         tools=tuple(seen.tool(tool, force) for tool in scene.tools),
         supports=tuple(map(support, scene.supports)),
         loads=tuple(map(load, scene.loads)),
@@ -98,7 +92,7 @@ def turned(scene: Scene, turn: Floats) -> SolidVariant:
     order = np.arange(mesh.element.nodes) if np.linalg.det(turn) > 0 else mesh.element.mirrored
     other = replace(
         scene,
-        mesh=Mesh(mesh.nodes @ turn.T + 0.0, mesh.elements[:, order], mesh.boundaries),
+        mesh=Mesh(mesh.nodes @ turn.T + 0.0, mesh.elements[:, order], mesh.boundaries, mesh.regions),
         tools=tuple(map(seen.tool, scene.tools)),
         supports=tuple(map(seen.support, scene.supports)),
         loads=tuple(map(seen.load, scene.loads)),
@@ -132,7 +126,8 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generat
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
     )
-    other = replace(scene, mesh=Mesh(x, cells, boundaries), tools=tools, loads=loads)
+    regions = {name: np.isin(elements, members) for name, members in mesh.regions.items()}
+    other = replace(scene, mesh=Mesh(x, cells, boundaries, regions), tools=tools, loads=loads)
     return SolidVariant("renumbered", other, nodes, np.eye(3))
 
 

@@ -58,6 +58,8 @@ SHOWN = {
             "capped": "capped friction",
         },
     ),
+    "regional": ("scenes of several materials", {}),
+    "solid regional": ("bodies in space of several materials", {}),
     "coulomb": ("discrete problems", {}),
 }
 """By the first words of a kind what it is, and what other words of it say."""

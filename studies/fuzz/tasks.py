@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from studies.command import say
 from studies.fuzz.coulomb import judge_coulomb
-from studies.fuzz.judge import judge_scene, judge_shaped
+from studies.fuzz.judge import judge_regional, judge_scene, judge_shaped
 from studies.fuzz.row import FAILURES, Row, Table
-from studies.fuzz.solid import judge_solid, judge_solid_shaped
+from studies.fuzz.solid import judge_solid, judge_solid_regional, judge_solid_shaped
 from studies.pool import completed
 from studies.progress import Progress
 
@@ -27,6 +27,8 @@ JUDGES: dict[str, Callable[[int], Row]] = {
     "shaped": judge_shaped,
     "solid": judge_solid,
     "solid shaped": judge_solid_shaped,
+    "regional": judge_regional,
+    "solid regional": judge_solid_regional,
     "coulomb": judge_coulomb,
 }
 

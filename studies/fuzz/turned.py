@@ -70,7 +70,7 @@ def turned(scene: Scene, angle: float) -> Turned:
     seen, mesh = Seen.turned(angle), scene.mesh
     other = replace(
         scene,
-        mesh=Mesh(seen.points(mesh.nodes), mesh.elements, mesh.boundaries),
+        mesh=Mesh(seen.points(mesh.nodes), mesh.elements, mesh.boundaries, mesh.regions),
         tools=tuple(map(seen.tool, scene.tools)),
         supports=tuple(map(seen.support, scene.supports)),
         loads=loads_seen(scene, seen),

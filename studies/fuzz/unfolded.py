@@ -86,6 +86,7 @@ def _mesh(mesh: Mesh, plane: Symmetry, at: float, image: Ints) -> Mesh:
         np.vstack([mesh.nodes, beyond]),
         np.vstack([mesh.elements, image[mesh.elements][:, reflected(mesh, d)]]),
         {**mesh.boundaries, **images, HELD: mesh.boundaries[plane.boundary][:1]},
+        {name: np.concatenate([own, own + len(mesh.elements)]) for name, own in mesh.regions.items()},
     )
 
 

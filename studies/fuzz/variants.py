@@ -7,13 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.fem.reduction import Geometry
-from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
-from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.mesh import Mesh
 from bipot.response import State
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.typing import Floats, Ints
+from studies.fuzz.metals import metals_in
 from studies.fuzz.surfaces import Seen
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
@@ -81,18 +80,13 @@ def variants(scene: Scene, seed: int) -> list[Variant]:
 
 def in_units(scene: Scene, length: float, stress: float) -> Variant:
     """Lengths times ``length``, stresses times ``stress``; forces are those of unit thickness in plane strain."""
-    assert isinstance(scene.material, VonMises)
-    mesh, elastic = scene.mesh, scene.material.elasticity
-    material = VonMises(
-        Elasticity(elastic.young * stress, elastic.poisson), hardened_in(scene.material.hardening, stress)
-    )
+    mesh = scene.mesh
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
     seen = Seen.scaled(length)
     tools = tuple(seen.tool(tool, force) for tool in scene.tools)
     other = replace(
-        scene,
-        mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
-        material=material,
+        metals_in(scene, stress),
+        mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries, mesh.regions),
         tools=tools,
         supports=tuple(map(seen.support, scene.supports)),
         loads=tuple(_in_units(load, length, stress, force) for load in scene.loads),
@@ -105,7 +99,7 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     mesh, seen = scene.mesh, Seen.mirrored(axis)
     other = replace(
         scene,
-        mesh=Mesh(seen.points(mesh.nodes), mesh.elements[:, reflected(mesh, axis)], mesh.boundaries),
+        mesh=Mesh(seen.points(mesh.nodes), mesh.elements[:, reflected(mesh, axis)], mesh.boundaries, mesh.regions),
         tools=tuple(map(seen.tool, scene.tools)),
         supports=tuple(map(seen.support, scene.supports)),
         loads=loads_seen(scene, seen),
@@ -137,7 +131,8 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
     )
-    other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries), tools=tools, loads=loads)
+    regions = {name: np.isin(elements, members) for name, members in mesh.regions.items()}
+    other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries, regions), tools=tools, loads=loads)
     return Variant("renumbered", other, nodes, Seen.scaled(1.0), 1.0, 1.0)
 
 
@@ -156,16 +151,3 @@ def loads_seen(scene: Scene, seen: Seen) -> tuple[Load, ...]:
         replace(load, vector=seen.way(load.vector)) if isinstance(load, BodyForce | Traction | PointForce) else load
         for load in scene.loads
     )
-
-
-def hardened_in(curve: Hardening, stress: float) -> Hardening:
-    """The curve with its stresses times ``stress``."""
-    if isinstance(curve, Perfect):
-        return Perfect(curve.sigma_y * stress)
-    if isinstance(curve, Linear):
-        return Linear(curve.sigma_y * stress, curve.modulus * stress)
-    if isinstance(curve, Voce):
-        return Voce(curve.sigma_y * stress, curve.saturation * stress, curve.rate, curve.modulus * stress)
-    if isinstance(curve, Tabulated):
-        return Tabulated(curve.peeq, tuple(s * stress for s in curve.stress))
-    raise TypeError(f"no units known for {curve!r}")

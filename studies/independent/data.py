@@ -24,6 +24,9 @@ class Setting:
     """What does not change in a run. ``held`` (a, 2) says which components along its ``axes`` (a, 2, 2) a node's
     supports fix, rows of each node's; those of coordinates where there are none.
 
+    ``young`` and ``poisson`` are those of each element (e, 1) or of all, ``yield_stress`` is of (e, q), infinite where
+    nothing yields.
+
     ``rest`` (a, 2) are the nodes at rest, where ``small`` strain is taken and equilibrium asked. ``volume`` is what the
     volume change of an element is fitted by: as_is, p0, p1. ``surface`` (f, 2) are neighbours on that of the body, and
     ``mirrors`` the planes x_direction = position, of symmetry or at the axis, that make it whole.
@@ -33,8 +36,8 @@ class Setting:
     axisymmetric: bool
     midpoint: bool
     quadrature: str
-    young: float
-    poisson: float
+    young: Floats | float
+    poisson: Floats | float
     yield_stress: Callable[[Floats], Floats]
     held: Bools
     size: float
@@ -68,14 +71,14 @@ class Setting:
         return self.across(np.where(self.held, 0.0, self.along(vectors)))
 
     @property
-    def shear(self) -> float:
-        """G."""
-        return self.young / (2 * (1 + self.poisson))
+    def shear(self) -> Floats:
+        """G of elements (e, 1), or of all (1, 1)."""
+        return np.reshape(self.young / (2 * (1 + self.poisson)), (-1, 1))
 
     @property
-    def bulk(self) -> float:
-        """K."""
-        return self.young / (3 * (1 - 2 * self.poisson))
+    def bulk(self) -> Floats:
+        """K of elements (e, 1), or of all (1, 1)."""
+        return np.reshape(self.young / (3 * (1 - 2 * self.poisson)), (-1, 1))
 
 
 @dataclass(frozen=True)

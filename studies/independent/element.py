@@ -80,16 +80,16 @@ def nodal(elements: Ints, values: Floats, count: int) -> Floats:
     return out
 
 
-def nodal_stiffness(placed: Placed, elements: Ints, bulk: float, shear: float, count: int) -> Floats:
-    """Diagonal blocks (count, 2, 2) of the elastic stiffness: sum_q w B_a' C B_a of every node a."""
+def nodal_stiffness(placed: Placed, elements: Ints, bulk: Floats, shear: Floats, count: int) -> Floats:
+    """Diagonal blocks (count, 2, 2) of the elastic stiffness: sum_q w B_a' C B_a of every node a; moduli are (e, 1)."""
     g, h = placed.slopes, placed.hoop
-    lame = bulk - 2 * shear / 3
+    lame, shear = ((bulk - 2 * shear / 3)[..., None, None, None], shear[..., None, None, None])
     divergence = g.copy()
     divergence[..., 0] += h
     blocks = lame * np.einsum("eqai,eqaj->eqaij", divergence, divergence)
     blocks += shear * np.einsum("eqai,eqaj->eqaij", g, g).swapaxes(-1, -2)
     blocks += shear * np.vecdot(g, g)[..., None, None] * np.eye(2)
-    blocks[..., 0, 0] += 2 * shear * h**2
+    blocks[..., 0, 0] += 2 * shear[..., 0, 0] * h**2
     return nodal(elements, np.einsum("eqaij,eq->eaij", blocks, placed.volume), count)
 
 

@@ -101,7 +101,7 @@ def measure(setting: Setting, step: Step) -> Measures:
     contact = contact_measures(s, step, ended)
     elastic, flow, yielding = _material(s, step, strain, Q, blur)
     stored, spent, plastic = _energies(s, step, G, Q, ended)
-    unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
+    unsure = float((ended.volume * _size(step.end.stress) * blur / (2 * s.shear)).sum())
     begun, ended_by, _ = step.loads
     applied = float(np.vdot((begun + ended_by) / 2, step.displacement))
     supports, terms = work_of_supports(s, step, ended)
@@ -161,8 +161,8 @@ def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -
     flowed = end.plastic_strain - turned(start.plastic_strain, Q)
     # Volume changes elastically: what round-off of the plastic strains makes of their trace is no strain, however large
     # the bulk modulus. A trace beyond that is left over by the flow rule.
-    volume = s.bulk * np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-    stress = before + 2 * s.shear * _deviator(strain - flowed) + volume
+    volume = (s.bulk * np.trace(strain, axis1=-2, axis2=-1))[..., None, None] * np.eye(3)
+    stress = before + 2 * s.shear[..., None, None] * _deviator(strain - flowed) + volume
     largest = max(float(_size(end.stress).max()), float(_size(start.stress).max()))
     elastic = beyond(_size(end.stress - stress), blur, largest)
     sigma_y = s.yield_stress(end.peeq)
@@ -175,7 +175,9 @@ def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -
     # below that of the pressure it stands beside.
     turned_by = EPS * _size(end.stress) / np.maximum(_size(deviator), np.finfo(float).tiny)
     unsure = 4 * blur + 2 * s.shear * (EPS + turned_by) * _size(flowed)
-    flow = beyond(np.maximum(2 * s.shear * left, off) / sigma_y, unsure / sigma_y, 1.0)
+    # What never yields does not flow at all.
+    scale = np.where(np.isfinite(sigma_y), sigma_y, 2 * s.shear)
+    flow = beyond(np.maximum(2 * s.shear * left, off) / scale, unsure / scale, 1.0)
     return elastic, flow, beyond(equivalent / sigma_y - 1, EPS * (1 + _size(end.stress) / sigma_y), 1.0)
 
 
@@ -238,4 +240,4 @@ def flow_left(want: Floats, f: Floats, n: Floats) -> tuple[Floats, Floats]:
 
 def _compliance(s: Setting, stress: Floats) -> Floats:
     mean = np.trace(stress, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
-    return (stress - mean) / (2 * s.shear) + mean / (3 * s.bulk)
+    return (stress - mean) / (2 * s.shear[..., None, None]) + mean / (3 * s.bulk[..., None, None])

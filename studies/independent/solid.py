@@ -117,8 +117,9 @@ def nodal(elements: Ints, each: Floats, count: int) -> Floats:
     return out
 
 
-def nodal_stiffness(placed: Placed, elements: Ints, bulk: float, shear: float, count: int) -> Floats:
-    """The elastic stiffness (a, 3, 3) of every node by itself."""
+def nodal_stiffness(placed: Placed, elements: Ints, bulk: Floats, shear: Floats, count: int) -> Floats:
+    """The elastic stiffness (a, 3, 3) of every node by itself; moduli are (e, 1)."""
+    bulk, shear = bulk[..., None, None, None], shear[..., None, None, None]
     size = np.vecdot(placed.slopes, placed.slopes)
     outer = placed.slopes[..., :, None] * placed.slopes[..., None, :]
     own = (bulk + shear / 3) * outer + shear * size[..., None, None] * np.eye(3)

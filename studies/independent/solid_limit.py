@@ -15,14 +15,14 @@ from studies.independent.solid import Floats, Ints, displacement_gradient, fitte
 @dataclass(frozen=True)
 class Solid:
     """A body: ``elements`` of nodes at ``rest`` (a, 3), the ``volume`` change that they are fitted by, the last yield
-    stress ``sigma_y``, and what supports leave of nodes' vectors, ``freed`` (a, 3, 3).
+    stress ``sigma_y`` (e, 1), and what supports leave of nodes' vectors, ``freed`` (a, 3, 3).
     """
 
     elements: Ints
     rest: Floats
     quadrature: str
     volume: str
-    sigma_y: float
+    sigma_y: Floats
     freed: Floats
 
 
@@ -121,7 +121,7 @@ def _spent(s: Solid, c: SolidCollapse) -> tuple[float, float]:
     G = displacement_gradient(at, (c.motion - c.motion.mean(axis=0))[s.elements])
     blur = FEW * np.abs(c.motion).max() * np.abs(at.slopes).sum(axis=(-2, -1))
     fit = partial(fitted, weight=at.volume, rest=s.rest[s.elements], quadrature=s.quadrature, volume=s.volume)
-    return spent(G, blur, at.volume, np.full(at.volume.shape, s.sigma_y), fit)
+    return spent(G, blur, at.volume, np.broadcast_to(s.sigma_y, at.volume.shape), fit)
 
 
 def _pressed(c: SolidCollapse, k: int) -> Pressed:
