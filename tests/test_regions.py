@@ -168,3 +168,13 @@ def test_a_stiff_part_in_other_units_changes_nothing():
     np.testing.assert_allclose(
         there.state.stress * 1e-6, here.state.stress, atol=1e-6 * np.abs(here.state.stress).max()
     )
+
+
+def test_a_cap_of_one_tool_leaves_others_on_what_never_yields_alone():
+    """Their caps once were zero times infinity, and a warning."""
+    scene = solid(HARD)
+    lid = replace(scene.tools[0], candidates=("top",), shear=0.5)
+    beneath = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), 0.1)
+    mesh, supports = split(scene.mesh, axis=2), scene.supports[:2]
+    accepted = last(replace(scene, mesh=mesh, supports=supports, tools=(lid, beneath)))
+    assert -accepted.tool_force(0)[2] == pytest.approx(accepted.tool_force(1)[2], rel=1e-6)

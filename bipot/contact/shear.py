@@ -55,6 +55,9 @@ def caps(
     k = strength(scene.materials.yield_stress(peeq), volume)
     carried = np.zeros(len(candidates.node))
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
+        # Beneath others the yield stress may be infinite.
+        if not tool.capped:
+            continue
         candidate, lines = candidates.number[number], points.lines
         areas = hat_areas if points.weighted else nodal_areas
         boundary = np.unique(lines)
