@@ -77,16 +77,19 @@ def spent(
     """Largest change of volume as work of the yield stress, and dissipation, beyond the round-off of the motion.
 
     Of gradients G (e, q, 3, 3) with their round-off ``blur`` (e, q), in volumes (e, q) with the yield stress (e, q).
-    Changes of volume are ``fitted`` as the elements have them.
+    Changes of volume are ``fitted`` as the elements have them. Where the yield stress is infinite nothing may strain.
     """
     strain = (G + G.swapaxes(-1, -2)) / 2
     change = np.trace(strain, axis1=-2, axis2=-1)
     deviator = strain - change[..., None, None] / 3 * np.eye(3)
     size = np.sqrt(np.einsum("eqij,eqij->eq", deviator, deviator))
     change, size = (np.maximum(value - blur, 0.0) for value in (np.abs(fitted(change)), size))
+    yields = np.isfinite(sigma_y)
+    if size[~yields].any():
+        return np.inf, np.inf
     # Volume is asked as the library asks it, by what work it may take: that of the yield stress.
-    worst = float(change.max() * volume.sum() * sigma_y.max())
-    return worst, float(np.sqrt(2 / 3) * (volume * sigma_y * size).sum())
+    worst = float(change.max() * volume.sum() * sigma_y.max(initial=0.0, where=yields))
+    return worst, float(np.sqrt(2 / 3) * (volume[yields] * sigma_y[yields] * size[yields]).sum())
 
 
 def closing(opened: Floats, slip: Floats, mu: Floats, welded: Bools, touching: Bools) -> tuple[float, float]:
