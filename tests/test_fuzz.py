@@ -28,7 +28,8 @@ from tests.scenes import with_course
 
 ROOT = Path(__file__).parents[1]
 GOOD_SEED = 7
-NO_OTHERS = ["--shaped", "0", "--solid", "0", "--solid-shaped", "0", "--coulomb", "0"]
+NO_REGIONS = ["--regional", "0", "--solid-regional", "0"]
+NO_OTHERS = ["--shaped", "0", "--solid", "0", "--solid-shaped", "0", *NO_REGIONS, "--coulomb", "0"]
 
 
 def test_variants_seen_twice_are_the_scene():
@@ -236,7 +237,7 @@ def table_of(folder):
 
 
 def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
-    few = ["--scenes", "1", "--shaped", "1", "--solid", "0", "--solid-shaped", "0", "--coulomb", "3"]
+    few = ["--scenes", "1", "--shaped", "1", "--solid", "0", "--solid-shaped", "0", *NO_REGIONS, "--coulomb", "3"]
     line = [*few, "--seed", str(GOOD_SEED), "--out", str(tmp_path)]
     code = fuzz.main(line)
     header, *lines = table_of(tmp_path)
