@@ -81,7 +81,8 @@ def test_nodal_stiffness_is_the_diagonal_of_the_library_s(geometry):
     grad = gradients(scene.mesh.nodes, scene.mesh.elements, space.reference, geometry)
     K = space.matrix(element_stiffness(grad, elastic.stiffness(4))).toarray()
     placed = place(scene.mesh.nodes, scene.mesh.elements, "radon7", geometry is Geometry.AXISYMMETRIC)
-    blocks = nodal_stiffness(placed, scene.mesh.elements, elastic.bulk, elastic.shear, len(scene.mesh.nodes))
+    bulk, shear = np.array([[elastic.bulk]]), np.array([[elastic.shear]])
+    blocks = nodal_stiffness(placed, scene.mesh.elements, bulk, shear, len(scene.mesh.nodes))
     for a, found in enumerate(blocks):
         assert np.allclose(K[2 * a : 2 * a + 2, 2 * a : 2 * a + 2], found, rtol=1e-12, atol=1e-9)
 

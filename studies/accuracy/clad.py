@@ -20,6 +20,7 @@ from bipot import Elasticity, FlatTool, Linear, Mesh, Quadrature, Scene, VonMise
 from studies.accuracy.deck import Deck
 from studies.accuracy.foreign import Plan, Study
 from studies.command import command
+from studies.outputs import parser_of
 
 MARKS = (0.1, 0.2, 0.3, 0.4)
 """Travel of the punch over half the height."""
@@ -73,7 +74,6 @@ def known(travel: float) -> float:
 
 STUDY = Study(
     name="clad",
-    about="Two metals upset as one body: the force beside CalculiX's.",
     scene_of=scene_of,
     deck=CladDeck,
     whole=Plan((0.0, 0.1, 0.3), (5, 10), MARKS),
@@ -85,7 +85,10 @@ STUDY = Study(
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the study."""
-    return STUDY.main(argv)
+    parser = parser_of(
+        "accuracy.clad", "Two metals upset as one body: the force beside CalculiX's.", fast="one coarse mesh, half way"
+    )
+    return STUDY.run(parser.parse_args(argv))
 
 
 if __name__ == "__main__":

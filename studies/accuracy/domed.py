@@ -20,6 +20,7 @@ from bipot import Circle, Linear, Mesh, Quadrature, Scene, ShapedTool, VonMises,
 from studies.accuracy.deck import HOLE, OUTSIDE, PUNCH, Deck, entries, numbered
 from studies.accuracy.foreign import Plan, Study
 from studies.command import command
+from studies.outputs import parser_of
 
 MARKS = (0.1, 0.2, 0.3, 0.4)
 """Travel of the pole over half the height."""
@@ -64,7 +65,6 @@ def scene_of(mu: float, elements: int, travel: float = MARKS[-1]) -> Scene:
 
 STUDY = Study(
     name="domed",
-    about="A domed punch: the force beside CalculiX's.",
     scene_of=scene_of,
     deck=DomedDeck,
     whole=Plan((0.0, 0.1, 0.3), (5, 10), MARKS),
@@ -76,7 +76,10 @@ STUDY = Study(
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the study."""
-    return STUDY.main(argv)
+    parser = parser_of(
+        "accuracy.domed", "A domed punch: the force beside CalculiX's.", fast="one coarse mesh, half way"
+    )
+    return STUDY.run(parser.parse_args(argv))
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ exit code 1 where one exceeds :data:`MOST`.
 
 from __future__ import annotations
 
+import argparse
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from bipot import Accepted, Control, Dissipation, IncrementFailed, Newton, Scene
 from studies.accuracy.calculix import ABSENT, calculated, executable
 from studies.accuracy.deck import NODES, Deck
 from studies.command import progressing, say
-from studies.outputs import opened, parser_of
+from studies.outputs import opened
 
 ACCURACY, LONGEST, PENALTY = 1e-3, 0.005, (10.0, 0.1)
 """Of our increments; longest increment of CalculiX over half the height; its stiffnesses, as in the deck."""
@@ -70,11 +71,10 @@ def key(row: Row) -> tuple[float, int, float]:
 class Study:
     """One comparison: ``scene_of(mu, elements, travel)`` is ours, ``deck`` CalculiX's of the same.
 
-    ``about`` says in a line what it is, ``given`` what its rows do not tell and yet depend on.
+    ``given`` is what its rows do not tell and yet depend on.
     """
 
     name: str
-    about: str
     scene_of: Callable[[float, int, float], Scene]
     deck: type[Deck]
     whole: Plan
@@ -103,10 +103,8 @@ class Study:
         for mark, force, foreign in zip(marks, forces, other.forces, strict=False):
             yield Row(mu, elements, mark, force, foreign, force / foreign - 1, count, other.increments)
 
-    def main(self, argv: Sequence[str] | None) -> int:
-        """Run mesh by mesh, rewriting the table after each; 1 where the programs differ."""
-        parser = parser_of(f"accuracy.{self.name}", self.about, fast="one coarse mesh, half way")
-        asked = parser.parse_args(argv)
+    def run(self, asked: argparse.Namespace) -> int:
+        """Go mesh by mesh, rewriting the table after each; 1 where the programs differ."""
         plan, ccx = self.fast if asked.fast else self.whole, executable()
         if ccx is None:
             say(ABSENT, sys.stderr)
