@@ -126,7 +126,7 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generat
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
     )
-    regions = {name: np.isin(elements, members) for name, members in mesh.regions.items()}
+    regions = {name: np.flatnonzero(np.isin(elements, members)) for name, members in mesh.regions.items()}
     other = replace(scene, mesh=Mesh(x, cells, boundaries, regions), tools=tools, loads=loads)
     return SolidVariant("renumbered", other, nodes, np.eye(3))
 

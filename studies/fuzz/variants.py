@@ -131,7 +131,7 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
     )
-    regions = {name: np.isin(elements, members) for name, members in mesh.regions.items()}
+    regions = {name: np.flatnonzero(np.isin(elements, members)) for name, members in mesh.regions.items()}
     other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries, regions), tools=tools, loads=loads)
     return Variant("renumbered", other, nodes, Seen.scaled(1.0), 1.0, 1.0)
 
