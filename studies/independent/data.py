@@ -23,8 +23,7 @@ CARRIES = 1e-8
 class Setting:
     """What does not change in a run. ``held`` (a, 2) says which components along its ``axes`` (a, 2, 2) a node's
     supports fix, rows of each node's; those of coordinates where there are none.
-
-    ``young`` and ``poisson`` are of each element (e, 1) or of all, the ``yield_stress`` (e, q) may be infinite. ``rest``
+    ``young`` and ``poisson`` of each element (e, 1) or of all, the ``yield_stress`` (e, q) may be infinite. ``rest``
     (a, 2) are the nodes where ``small`` strain is taken and equilibrium asked. ``volume`` is what the volume change of
     an element is fitted by: as_is, p0, p1. ``surface`` (f, 2) are neighbours on that of the body, ``mirrors`` the
     planes x_direction = position, of symmetry or at the axis, that make it whole.
