@@ -26,8 +26,8 @@ import numpy as np
 
 from bipot.laws.flow import Flow
 from bipot.marching import march, system_of
-from bipot.response import State
 from bipot.results import Recorder
+from bipot.state import State
 from studies.command import command, say
 from studies.upsetting_case import Case, cases, parser
 from studies.upsetting_columns import UNITS, history_columns

@@ -84,13 +84,13 @@ from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.fixed_point import Safeguard
-from bipot.response import State
 from bipot.results import Existing, History, Recorder
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.sensitivity import Slope, sensitivities
+from bipot.state import State
 from bipot.tools.circle import Circle
 from bipot.tools.extruded import Extruded
 from bipot.tools.poses import Force, Moment, Turn

@@ -13,8 +13,8 @@ from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import closed
-from bipot.response import State
 from bipot.scene.supports import Symmetry
+from bipot.state import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
 from bipot.tools.meeting import Meeting

@@ -38,7 +38,7 @@ import numpy as np
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, closed
-from bipot.response import State
+from bipot.state import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
 from bipot.tools.poses import crossed, turned_on

@@ -61,8 +61,8 @@ from bipot.contact.supported import rubbed
 from bipot.fem.assembly import element_force
 from bipot.increment import Solved
 from bipot.iterate import Increment, Iterate
-from bipot.response import State
 from bipot.schedule import ROUND_OFF
+from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats, vdot

@@ -28,7 +28,8 @@ from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
-from bipot.response import Response, State
+from bipot.response import Response
+from bipot.state import State
 from bipot.typing import Floats, Ints, as_numbers, make_floats
 
 APART = 0.1

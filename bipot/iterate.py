@@ -22,8 +22,9 @@ from bipot.load_change import LoadChange
 from bipot.past import Past, past_of
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.pieces import Measured
-from bipot.response import Response, State, TangentKind
+from bipot.response import Response, TangentKind
 from bipot.scene.paces import Paces
+from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting

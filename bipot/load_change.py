@@ -9,7 +9,7 @@ import numpy as np
 
 from bipot.certificate import EPS
 from bipot.fem.assembly import element_force
-from bipot.response import State
+from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats, max_abs

@@ -32,9 +32,9 @@ from bipot.forms.memory import Pace
 from bipot.increment import Observer, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
-from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.schedule import ROUND_OFF, Schedule
+from bipot.state import State
 from bipot.system import System, system_of
 from bipot.yielding import is_past_yield, through_air
 

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from bipot.programs.data import ContactRows
-from bipot.response import State
 from bipot.scene.paces import BEGINNING, Paces
 from bipot.schedule import ROUND_OFF
+from bipot.state import State
 from bipot.system import System
 from bipot.typing import Floats, max_abs
 

@@ -39,9 +39,9 @@ from bipot.programs.factors import DEFAULT
 from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Pieces
-from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
+from bipot.state import State
 from bipot.system import System, system_of
 from bipot.typing import Bools, EqualByNumbers, Floats, FrozenMap, Ints, max_abs, read_only
 

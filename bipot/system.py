@@ -13,9 +13,10 @@ from bipot.contact.chosen import candidates
 from bipot.contact.closeness import LEAST_MOTION
 from bipot.fem.assembly import element_force, rigid_motions
 from bipot.programs.data import Units
-from bipot.response import Body, Response, State, body_space, rest
+from bipot.response import Body, Response, body_space
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
+from bipot.state import State, rest
 from bipot.tensors import norm
 from bipot.typing import Floats, einsum, max_abs
 

@@ -27,10 +27,10 @@ from bipot.fem.strain import Configuration
 from bipot.laws.material import Materials
 from bipot.marching import march
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
+from bipot.state import State
 from bipot.system import System, system_of
 from bipot.tensors import deviator, equivalent_stress, identity, norm, trace
 from bipot.typing import Floats, max_abs, vdot

@@ -9,9 +9,9 @@ from bipot.forms import Tangent
 from bipot.laws.flow import Flow
 from bipot.marching import Control, Schedule, march
 from bipot.paper import upsetting
-from bipot.response import State
 from bipot.results import Existing, Recorder
 from bipot.results.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energies
+from bipot.state import State
 
 SCENE = upsetting(mu=0.3, elements=2, reduction=0.2)
 SCHEDULE = Schedule(4, first=0.005)

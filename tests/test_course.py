@@ -14,8 +14,8 @@ from bipot.errors import SceneError
 from bipot.forms.memory import Paced
 from bipot.marching import march
 from bipot.paper import upsetting
-from bipot.response import ARRAYS
 from bipot.schedule import Schedule
+from bipot.state import ARRAYS
 from tests.courses import FORMS, stored, unlike, upset
 from tests.scenes import refused
 

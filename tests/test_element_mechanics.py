@@ -21,10 +21,11 @@ from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
-from bipot.response import Body, body_space, rest
+from bipot.response import Body, body_space
 from bipot.scene.loads import Loading, Pressure
 from bipot.scene.scene import Scene, Support
 from bipot.scene.supports import Symmetry
+from bipot.state import rest
 from bipot.tools.circle import Circle
 from bipot.tools.tool import FlatTool, ShapedTool
 from tests.scenes import PLANES, refused, scene

@@ -26,7 +26,7 @@ from bipot import (
 from bipot.certificate import Bounds
 from bipot.increment import Limits
 from bipot.meshes.solids import brick
-from bipot.response import State
+from bipot.state import State
 from studies.fuzz.judge import Ran, run
 from studies.fuzz.row import Outcome
 from studies.fuzz.scenes import Drawn

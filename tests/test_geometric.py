@@ -15,9 +15,10 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
-from bipot.response import Body, State, TangentKind, body_space, rest
+from bipot.response import Body, TangentKind, body_space
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
+from bipot.state import State, rest
 from bipot.tools.tool import FlatTool
 from tests.scenes import PLANES
 

@@ -16,6 +16,7 @@ LAYERS = (
     ("fem", "programs"),
     ("scene",),
     ("contact",),
+    ("state",),
     ("response",),
     ("borne",),
     ("advance", "system"),

@@ -16,11 +16,11 @@ from bipot.exchange import contact_problem
 from bipot.forms import Delassus, Dissipation, FormName, Newton, Optimiser, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import upsetting
-from bipot.response import State
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.results.columns import COURSE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
 from bipot.scene.supports import Support
+from bipot.state import State
 from tests.scenes import path, scene
 
 BARE = scene(tools=())

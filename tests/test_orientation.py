@@ -18,9 +18,10 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder
 from bipot.meshes.solids import brick
 from bipot.paper import upsetting
-from bipot.response import Body, body_space, rest
+from bipot.response import Body, body_space
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
+from bipot.state import rest
 from bipot.tools.tool import FlatTool
 from tests.sampling import determinants, grid
 

@@ -22,10 +22,11 @@ from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
 from bipot.meshes.solids import brick
 from bipot.paper import upsetting
-from bipot.response import Body, body_space, rest
+from bipot.response import Body, body_space
 from bipot.scene.loads import Pressure
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
+from bipot.state import rest
 from bipot.tensors import trace
 from studies.fuzz.record import setting_of
 from studies.independent.volume import fitted

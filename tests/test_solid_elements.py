@@ -21,10 +21,11 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.elements import Element
 from bipot.meshes.solids import brick
 from bipot.paths import Amplitude
-from bipot.response import Body, body_space, rest
+from bipot.response import Body, body_space
 from bipot.scene.loads import Loading, Pressure
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
+from bipot.state import rest
 from tests.solids import COMBINATIONS, SOLIDS, curved, distorted, turned
 
 SOLID = Geometry.SOLID

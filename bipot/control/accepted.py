@@ -12,9 +12,9 @@ from bipot.fem.reduction import Components
 from bipot.forms import FormName
 from bipot.increment import Solved
 from bipot.programs.data import Units
-from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import share, whole_force
+from bipot.state import State
 from bipot.traction import ContactTraction, traction
 from bipot.typing import Floats
 

@@ -10,7 +10,7 @@ from bipot.errors import UnsuitedForm
 from bipot.forms import FormName
 from bipot.increment import Leave, Near, Solved
 from bipot.iterate import Increment
-from bipot.response import State
+from bipot.state import State
 
 
 class Attempt(NamedTuple):

@@ -21,7 +21,7 @@ from bipot.forms import Cache, FormName
 from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
-from bipot.response import State
+from bipot.state import State
 from bipot.tensors import norm
 from bipot.typing import vdot
 from bipot.yielding import is_past_yield, through_air

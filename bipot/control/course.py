@@ -11,7 +11,7 @@ from bipot.energy import Energies
 from bipot.errors import require, require_count, require_number, require_tuple, require_type
 from bipot.forms.memory import Paced
 from bipot.increment import Solved, advance
-from bipot.response import State
+from bipot.state import State
 from bipot.typing import Bools, EqualByNumbers, as_array, make_floats, max_abs, read_only
 
 SHORTEST = 1e-20

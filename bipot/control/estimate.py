@@ -64,8 +64,9 @@ from bipot.control.lag import Lag, lag
 from bipot.fem.kinematics import Kinematics
 from bipot.increment import Near, Solved
 from bipot.iterate import Increment
-from bipot.response import Response, State
+from bipot.response import Response
 from bipot.scene.symmetry import own_share
+from bipot.state import State
 from bipot.typing import Floats, vdot
 from bipot.yielding import flows, follows_yield, hardened, is_past_yield, strain_of, yield_strain
 

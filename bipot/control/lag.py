@@ -28,7 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.increment import Solved
-from bipot.response import State
+from bipot.state import State
 from bipot.tensors import norm
 from bipot.typing import Floats
 

@@ -39,7 +39,7 @@ from bipot.contact.closeness import carries
 from bipot.control.estimate import GATHERED, unevenness
 from bipot.increment import Near, Solved
 from bipot.iterate import Increment
-from bipot.response import State
+from bipot.state import State
 from bipot.system import System
 from bipot.tools.surfaces import Plane
 from bipot.typing import max_abs

@@ -16,10 +16,11 @@ from bipot.fem.assembly import Space, element_force
 from bipot.fem.strain import Configuration
 from bipot.iterate import Increment
 from bipot.load_change import BALANCED
-from bipot.response import ARRAYS, STILL, State
+from bipot.response import STILL
 from bipot.scene.fitting import inside
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import image_depth
+from bipot.state import ARRAYS, State
 from bipot.system import System, system_of
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats, max_abs, require_within, vdot

@@ -13,7 +13,7 @@ from bipot.fem.strain import Scratch
 from bipot.iterate import Increment
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
-from bipot.response import State
+from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Bools, EqualByNumbers, Floats, Ints, make_arrays, make_floats

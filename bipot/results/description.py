@@ -21,10 +21,10 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import VonMises
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
 from bipot.scene.drives import lever
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.state import State
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane, Surface
 from bipot.typing import Ints

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from bipot.errors import ResultsError
-from bipot.response import State
 from bipot.results.description import Parameters, as_json, describe, same_mesh, same_state
 from bipot.results.history import FIELDS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.static import FORMAT
 from bipot.scene.scene import Scene
+from bipot.state import State
 
 CURVES = "history.csv"
 

@@ -15,7 +15,7 @@ from bipot.energy import ended_forces
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.laws.coulomb import Status
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
+from bipot.state import State
 from bipot.system import System
 from bipot.traction import ContactTraction
 from bipot.typing import Floats, einsum, max_abs

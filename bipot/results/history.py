@@ -20,7 +20,6 @@ from bipot.errors import LARGEST_COUNT, ResultsError, require, require_count, re
 from bipot.fem.reduction import Geometry
 from bipot.hdf5.journal import journal_of, pages_in
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
 from bipot.results.description import Parameters
 from bipot.results.names import described
 from bipot.results.snapshot import Snapshot
@@ -28,6 +27,7 @@ from bipot.results.static import FORMAT
 from bipot.results.stored import Run, RunReader, read
 from bipot.results.table import columns
 from bipot.results.vtkhdf import write_tools
+from bipot.state import State
 from bipot.typing import Floats
 
 FIELDS, TOOLS, OLD = "run.vtkhdf", "tools.vtkhdf", "run.h5"

@@ -17,7 +17,6 @@ from bipot.control.course import Course
 from bipot.control.starting import course_of
 from bipot.errors import IncrementFailed, ResultsError, require, require_tuple, require_type
 from bipot.hdf5.journal import creating, writing
-from bipot.response import State
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
 from bipot.results.description import Parameters, require_told, same_scene, same_state
@@ -29,6 +28,7 @@ from bipot.results.lock import locked
 from bipot.results.names import require_units
 from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.system import system_of
 from bipot.typing import require_within
 

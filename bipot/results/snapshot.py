@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from bipot.control.course import Course
 from bipot.fem.reduction import Components, Geometry
-from bipot.response import State
 from bipot.results.names import FIELDS, Place, Rank, component_names, split
 from bipot.results.static import Line
 from bipot.results.stored import RunReader
+from bipot.state import State
 from bipot.typing import Floats
 
 

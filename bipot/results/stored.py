@@ -20,9 +20,9 @@ from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
 from bipot.results.names import FIELDS, FIXED, FORMER, GROUPS, Place
 from bipot.results.static import FORMAT, Line, Lines
+from bipot.state import State
 from bipot.tensors import components
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats

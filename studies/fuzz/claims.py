@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import LimitPassed
-from bipot.response import State
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.placed import led_of

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from bipot.fem.strain import Configuration
-from bipot.response import State
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.placed import (

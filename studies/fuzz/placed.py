@@ -14,9 +14,9 @@ import numpy as np
 
 from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
-from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
+from bipot.state import State
 from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Bools, Floats, einsum
 from studies.flat import axis_of

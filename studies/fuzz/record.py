@@ -12,9 +12,9 @@ from bipot.checks.determinacy import branches
 from bipot.control.accepted import Accepted
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.response import State
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.contacts import contacts, facing, shaped
 from studies.fuzz.metals import moduli, yield_stress_of

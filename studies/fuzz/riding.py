@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from bipot.paths import Amplitude
-from bipot.response import State
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool

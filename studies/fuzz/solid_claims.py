@@ -8,8 +8,8 @@ import numpy as np
 
 from bipot.fem.strain import Configuration
 from bipot.marching import system_of
-from bipot.response import State
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Floats, einsum
 from studies.fuzz.claims import Claim, tried, unmet

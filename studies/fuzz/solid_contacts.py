@@ -8,8 +8,8 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
-from bipot.response import State
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints, Vector, einsum

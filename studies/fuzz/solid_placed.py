@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.control.accepted import Accepted
-from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
+from bipot.state import State
 from bipot.tools.tool import AnyTool
 from bipot.typing import Bools, Floats, einsum
 from studies.fuzz.placed import Drive, driven_by

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.typing import Floats
 from studies.fuzz.placed import drives
 from studies.fuzz.surfaces import Seen

@@ -8,9 +8,9 @@ import numpy as np
 
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
-from bipot.response import State
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
+from bipot.state import State
 from bipot.typing import Floats, Ints
 from studies.fuzz.metals import metals_in
 from studies.fuzz.surfaces import Seen
