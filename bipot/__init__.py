@@ -6,9 +6,9 @@ control how they are solved; :func:`march` yields accepted increments, each with
 certificate. These are the public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
+* tools: FlatTool, ShapedTool, DeformableTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone, Extruded
-* meshes: Mesh, Element, Layout, Fine, block, cylinder, ring, brick, cylinder_3d, ring_3d
+* meshes: Mesh, Element, Layout, Fine, block, cylinder, ring, brick, cylinder_3d, ring_3d, together
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -80,6 +80,7 @@ from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
+from bipot.meshes.together import together
 from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.programs.factors import Pardiso, SuperLU
@@ -92,6 +93,7 @@ from bipot.schedule import Schedule
 from bipot.sensitivity import Slope, sensitivities
 from bipot.state import State
 from bipot.tools.circle import Circle
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.extruded import Extruded
 from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
@@ -121,6 +123,7 @@ __all__ = [
     "Control",
     "Course",
     "Cvxpy",
+    "DeformableTool",
     "Delassus",
     "Dissipation",
     "Elastic",
@@ -211,6 +214,7 @@ __all__ = [
     "roll",
     "sensitivities",
     "sphere",
+    "together",
     "transferred",
     "upsetting",
     "wedge",

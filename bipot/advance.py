@@ -17,6 +17,7 @@ from bipot.scene.supports import Symmetry
 from bipot.state import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.meeting import Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Bools, Floats, Vector, max_abs
@@ -217,7 +218,16 @@ class Advance:
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools if nodes move by ``du`` (a, d) and poses ``advance`` by (k, p)."""
         way = self.places, self.candidates.met.motion(du), self.placed, advance
-        return self.candidates.faces.meeting(self.start.gap, *way, self._before(advance))
+        return self.candidates.faces.meeting(self.begun, *way, self._before(advance))
+
+    @cached_property
+    def begun(self) -> Floats:
+        """Gaps (c,) from which those at the end follow: of the start, at deformable tools in the means of the end."""
+        contacts = self.candidates
+        if not contacts.deformable:
+            return self.start.gap
+        own = np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools])[contacts.tool]
+        return np.where(own, contacts.distance(self.start.nodes, self.placed), self.start.gap)
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""

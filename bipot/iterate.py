@@ -51,7 +51,7 @@ class Increment:
         if contacts.curved:
             at_rest = self.tools.meeting(self.tools.driven, self.tools.path)
             return contacts.linearised(self.tools.closed, at_rest, np.zeros(self.size))
-        return contacts.rows(self.start.gap, self.tools.closed, self.tools.travel, self.tools.driven)
+        return contacts.rows(self.tools.begun, self.tools.closed, self.tools.travel, self.tools.driven)
 
     @cached_property
     def tools(self) -> Advance:

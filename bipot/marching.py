@@ -207,7 +207,7 @@ class _Next:
         while True:
             # The target itself, not a sum that round-off moves.
             tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
-            increment = Increment(shared.system, state, tau)
+            increment = Increment(shared.system.facing(state.nodes), state, tau)
             length = tau - state.tau
             tried = halving.tried(increment, sparing=length >= spared, halves=length >= halvable)
             if isinstance(tried, Found):
@@ -228,7 +228,9 @@ class _Next:
             return course.size, course.uncut
         length = self.target - course.state.tau
         if shared.pacer is not None:
-            length = shared.pacer.length(shared.system, course.state, course.proposed, self.target)
+            length = shared.pacer.length(
+                shared.system.facing(course.state.nodes), course.state, course.proposed, self.target
+            )
         return length, length
 
     def _located(self, found: Found) -> Found:

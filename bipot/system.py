@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,6 +44,12 @@ class System:
     body: Body
     candidates: Candidates
 
+    def facing(self, nodes: Floats) -> System:
+        """The system whose candidates at deformable tools face what they do where nodes are at ``nodes`` (a, d)."""
+        if not self.candidates.deformable:
+            return self
+        return replace(self, candidates=candidates(self.body.scene, self.body.space, nodes))
+
     @cached_property
     def loading(self) -> Loading:
         """The scene's loads on the body's unknowns."""
@@ -72,7 +78,8 @@ class System:
         """
         body = self.body
         placed = body.space.gradients(body.scene.balanced(state.nodes - state.du, state.du))
-        pushed = self.candidates.load(state.forces, state.nodes, body.scene.placed(state.tau, state.translation))
+        contacts = self.facing(state.nodes).candidates
+        pushed = contacts.load(state.forces, state.nodes, body.scene.placed(state.tau, state.translation))
         return body.space.vector(element_force(placed, state.stress)) - pushed
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:

@@ -31,9 +31,11 @@ from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
 from bipot.tensors import norm
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
 from bipot.tools.slips import framed
+from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints, einsum
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
@@ -95,7 +97,20 @@ class Candidates:
     def faces(self) -> Faces:
         """The surfaces of the tools."""
         owner = self.parts.owner
-        return Faces(self.scene.tools, self.owned[:, owner], self._reference[owner], self.parts)
+        return Faces(self.tools, self.owned[:, owner], self._reference[owner], self.parts)
+
+    @cached_property
+    def tools(self) -> tuple[Tool, ...]:
+        """The scene's tools, deformable ones as their candidates meet them."""
+        pairs = zip(self.scene.tools, self.points, strict=True)
+        return tuple(
+            tool.before(at.faced) if at.faced and isinstance(tool, DeformableTool) else tool for tool, at in pairs
+        )
+
+    @cached_property
+    def deformable(self) -> bool:
+        """Whether a tool is deformable, so that the candidates are those of a configuration."""
+        return any(at.faced is not None for at in self.points)
 
     @cached_property
     def parts(self) -> Parts:
@@ -112,7 +127,7 @@ class Candidates:
         """The frames (c, d, d) at rest: at the nodes where points are, in the planes of symmetry that cut means."""
         x = self.scene.mesh.nodes[self.node]
         normal = np.empty_like(x)
-        for mine, tool in zip(self.owned, self.scene.tools, strict=True):
+        for mine, tool in zip(self.owned, self.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
         found = framed(normal, None if self.like is None else self.like._reference)
         # At curved tools slips along held directions are zero only to round-off, so that turned tangents are no use.

@@ -8,18 +8,28 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.contact.candidates import Candidates
+from bipot.contact.faced import faced
 from bipot.contact.means import Means
 from bipot.contact.mobility import mirrored, moving
 from bipot.contact.sampling import points
 from bipot.fem.assembly import Space
 from bipot.programs.data import rows_of
 from bipot.scene.scene import Scene
+from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, Ints, read_only
 
 
-def candidates(scene: Scene, space: Space) -> Candidates:
-    """Points of every tool that can move along its normal, or against which it can; none where there is no tool."""
+def candidates(scene: Scene, space: Space, nodes: Floats | None = None) -> Candidates:
+    """Points of every tool that can move along its normal, or against which it can; none where there is no tool.
+
+    What points at deformable tools face is that of the configuration ``nodes`` (a, d), by default at rest.
+    """
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
+    x = scene.mesh.nodes if nodes is None else nodes
+    found = tuple(
+        faced(scene, tool, at, x) if isinstance(tool, DeformableTool) else at
+        for tool, at in zip(scene.tools, found, strict=True)
+    )
     number, weights, within, first = list[Ints](), list[sp.csr_matrix](), list[Floats](), 0
     node, owner, mu, shear = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty(0)], [np.empty(0)]
     slides, still = [np.empty(0, dtype=bool)], [np.empty(0, dtype=bool)]

@@ -22,6 +22,7 @@ from bipot.scene.holding import Holding
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.poses import pose_size
 from bipot.tools.surfaces import ACROSS, across, frames
 from bipot.typing import Bools, Floats, Ints, Vector, einsum
@@ -37,6 +38,8 @@ HELD = 1e-12
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether a node of each point (p, d), or the tool of that ``number``, can move, as in :func:`movable`."""
+    if own.faced is not None:
+        return np.ones((len(own.node), scene.mesh.dimension), dtype=bool)
     means = Means(own.weights)
     out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
     np.logical_or.at(out, means.owner, movable(scene, number, means.nodes))
@@ -53,7 +56,8 @@ def mirrored(scene: Scene, number: int, own: Points) -> tuple[Bools, Floats]:
     direction. A point whose mean stops at the plane has a mirror image instead, and so has every mean at a tool that is
     not its own mirror image.
     """
-    left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
+    at_rest = _at_rest(scene, number, own.node) if own.faced is None else frames(own.faced.normals)
+    left, d = at_rest[:, 1:].copy(), scene.mesh.dimension
     within = np.tile(np.eye(d), (len(own.node), 1, 1))
     if scene.ring and _stays(scene, number, own, RADIAL):
         left[scene.on_axis[own.node], :, 0] = 0.0
@@ -114,6 +118,8 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     drive ever changes its gap to them: at rest it may be apart from them, or move along their tangent.
     """
     tool, holding = scene.tools[number], scene.holding
+    if isinstance(tool, DeformableTool):
+        return np.ones((len(nodes), scene.mesh.dimension), dtype=bool)
     along, arm = _at_rest(scene, number, nodes), tool.arm(scene.mesh.nodes[nodes], scene.at_rest[number])
     led = scene.drives.along(number, arm)
     driven = (np.abs(einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)

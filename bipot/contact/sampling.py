@@ -41,6 +41,7 @@ from bipot.fem.surface import facet_mass
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import unit
+from bipot.tools.deformable import Faced
 from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, Vector, read_only
@@ -54,13 +55,14 @@ class Points:
     """Points (p,) of a tool's boundaries.
 
     They are at the nodes ``node`` (p,) with the ``weights`` D (p, a); ``edges`` (f, n) are the points and ``lines``
-    (f, m) the nodes of each facet of the boundaries.
+    (f, m) the nodes of each facet of the boundaries. What they have ``faced`` at a deformable tool is None for others.
     """
 
     node: Ints
     weights: sp.csr_matrix
     edges: Ints
     lines: Ints
+    faced: Faced | None = None
 
     @property
     def weighted(self) -> bool:

@@ -15,10 +15,11 @@ from bipot.certificate import EPS
 from bipot.control.attempt import Attempt, Even, Halves
 from bipot.control.carrying import carry_on
 from bipot.control.control import Control
+from bipot.control.facing import solve_facing
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import FoldedAnswer, InvertedElement, NotConverged, ProgramError, Refused, UnsuitedForm
 from bipot.forms import Cache, FormName
-from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, solve_increment, unobserved
+from bipot.increment import Leave, LeftOff, Near, Observer, Solved, Trial, unobserved
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.state import State
@@ -97,7 +98,7 @@ class _Forms:
                 spared = True
                 continue
             try:
-                solved = solve_increment(increment, form, limits, self.cache, self.largest, counted, near_to, leave)
+                solved = solve_facing(increment, form, limits, self.cache, self.largest, counted, near_to, leave)
             except LeftOff as left:
                 return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
             except FAILURES as failure:

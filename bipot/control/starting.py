@@ -95,10 +95,11 @@ def handed_on(state: State, scene: Scene) -> State:
     require_type(scene, Scene, "scene")
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
     system, none = system_of(scene), np.zeros(len(scene.drives))
-    contacts, at_rest = system.candidates, system.rest()
+    at_rest = system.rest()
     for name in ARRAYS:
         if name not in OF_TOOLS:
             _require_like(getattr(state, name), getattr(at_rest, name), f"state.{name}")
+    contacts = system.facing(state.nodes).candidates
     gap = contacts.distance(state.nodes, scene.at_rest)
     if gap.min(initial=0.0) < -PLACED * scene.mesh.size:
         k, depth = int(contacts.tool[gap.argmin()]), -float(gap.min())
@@ -148,7 +149,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     moved = max_abs(holding.axes.components(start.nodes - placed)[holding.held])
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
-    contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
+    contacts, at = system.facing(start.nodes).candidates, (start.nodes, scene.placed(start.tau, start.translation))
     # Gaps of a start have the round-off of motions, distances that of places, which is large for a large circle.
     off = np.abs(start.gap - contacts.distance(*at)) - ROUND_OFF * contacts.faces.places(
         contacts.met.places(at[0]), at[1]

@@ -92,7 +92,9 @@ class Setup:
         body = self.stiffness.copy()
         body[len(self.space.free) :] = 0.0
         nodal = frames.largest(body)
-        return np.where(nodal > 0, nodal, frames.largest(self.stiffness))
+        nodal = np.where(nodal > 0, nodal, frames.largest(self.stiffness))
+        # Held nodes before a deformable tool that they do not face touch no unknown.
+        return np.where(nodal > 0, nodal, self.stiffness.max())
 
 
 @dataclass(frozen=True, eq=False)

@@ -107,16 +107,13 @@ def require_facets(facets: Facets, elements: Ints) -> None:
     require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")
 
 
-def require_one_part(facets: Facets) -> None:
-    """Require one connected part: parts that touch only in a corner, or not at all, would move independently."""
+def parts_of(facets: Facets) -> Ints:
+    """The number (e,) of the connected part of each element; parts that touch only in a corner are apart."""
     # Only making a mesh needs this module, and imports of the library should not load it.
     from scipy.sparse.csgraph import connected_components
 
-    what = "edge" if facets.element.dimension == 2 else "face"
     count, sides = facets.number.shape
     owner, facet = np.repeat(np.arange(count), sides), facets.number.ravel()
     links = sp.coo_array((np.ones(owner.size), (owner, facet)), shape=(count, len(facets.nodes)))
     _, part = connected_components(links @ links.T, directed=False)
-    apart = np.flatnonzero(part != part[0])[:1]
-    lonely = f"one body: element {apart.max(initial=0)} shares no {what} with those that hang together with element 0"
-    require(not apart.size, "mesh.elements", "in parts", lonely)
+    return np.asarray(part, dtype=np.intp)

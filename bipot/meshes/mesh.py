@@ -19,7 +19,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
-from bipot.meshes.facets import Facets, require_facets, require_one_part
+from bipot.meshes.facets import Facets, parts_of, require_facets
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
 from bipot.meshes.groups import Numbers
 from bipot.meshes.regions import marks_of, regions_of
@@ -47,7 +47,7 @@ class Mesh(EqualByNumbers):
         SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
             index that is no whole number or outside the node list; an element twice, or with a node twice; a node of
             no element; a mid-side node on two different edges; a facet of more than two elements, or of two on the
-            same side; parts that share no facet; a boundary that is empty, holds a facet twice, or one that is no facet
+            same side; a boundary that is empty, holds a facet twice, or one that is no facet
             of an element; a region that is empty, holds an element twice, or one that is not there.
 
     >>> Mesh([(0, 0), (1, 0), (1, 1), (0, 1)], [(0, 1, 2), (0, 2, 3)], regions={"core": [0]})
@@ -76,7 +76,6 @@ class Mesh(EqualByNumbers):
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
         require_facets(self._facets, self.elements)
-        require_one_part(self._facets)
         boundaries = {name: self._ordered(name, facets) for name, facets in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
         object.__setattr__(self, "regions", regions_of(self.regions, len(elements)))
@@ -173,6 +172,11 @@ class Mesh(EqualByNumbers):
     @property
     def _parts(self) -> MeshParts:
         return MeshParts(self.nodes, self.elements, self.boundaries, self.regions)
+
+    @cached_property
+    def connected(self) -> Ints:
+        """The number (e,) of the part to which each element belongs: elements hang together by common facets."""
+        return parts_of(self._facets)
 
     @cached_property
     def _facets(self) -> Facets:

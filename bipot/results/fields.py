@@ -51,8 +51,8 @@ class StoredStep:
         placed = system.body.space.gradients(scene.balanced(state.nodes - state.du, state.du))
         tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
-        frames = system.candidates.frames_at(state.nodes, poses)
-        forces = system.candidates.vectors(ended_forces(system, state), frames)
+        contacts = system.facing(state.nodes).candidates
+        forces = contacts.vectors(ended_forces(system, state), contacts.frames_at(state.nodes, poses))
         return StoredStep(course, forces, state.gap, tractions, placed.volume, poses)
 
     @staticmethod

@@ -33,6 +33,9 @@ DRIFT = 1e-12
 BENEATH = 1e-3
 """Fraction of the way from a node to the middle of its element."""
 
+FACING = 0.25
+"""The same on the sides of deformable tools, where the law is posed in means and nodes may be in the other side."""
+
 ROUND_OFF = 1e-9
 """Round-off of places in the reference shape, and of places over an element's size."""
 
@@ -49,7 +52,7 @@ class Itself:
 
     The keys list a node's elements and their neighbours across facets: the key of surface[i] and element e is i times
     the number of elements, plus e. ``mirrors`` are planes beyond which the body continues, and ``beside`` (m,), 1 or
-    -1, the side of each on which the modelled part is.
+    -1, the side of each on which the modelled part is. ``beneath`` (s, 1) is as :data:`BENEATH`.
     """
 
     mesh: Mesh
@@ -58,10 +61,11 @@ class Itself:
     near: Ints
     mirrors: Sequence[Mirror]
     beside: Floats
+    beneath: Floats
 
     @staticmethod
-    def of(mesh: Mesh, mirrors: Sequence[Mirror]) -> Itself:
-        """Prepare the test for the ``mesh`` of a body at rest."""
+    def of(mesh: Mesh, mirrors: Sequence[Mirror], facing: Ints | None = None) -> Itself:
+        """Prepare the test for the ``mesh`` of a body at rest, with nodes ``facing`` (n,) each other in contact."""
         # Imported here because nothing else in this module needs it.
         import scipy.sparse as sp
 
@@ -77,14 +81,18 @@ class Itself:
         near = (has[:, surface].T @ shared).tocoo()
         side = np.array([np.sign(plane.side(mesh.nodes).sum()) for plane in mirrors])
         keys = np.sort(near.row.astype(np.intp) * count + near.col)
-        return Itself(mesh, surface, first[surface] // width, keys, mirrors, side)
+        met = np.isin(surface, np.empty(0) if facing is None else facing)
+        beneath = np.where(met, FACING, BENEATH)[:, None]
+        return Itself(mesh, surface, first[surface] // width, keys, mirrors, side, beneath)
 
     def require_apart(self) -> None:
         """Refuse a body that penetrates itself at rest, or has two surface nodes at one place."""
         x, tolerance = self.mesh.nodes[self.surface], PLANAR * self.mesh.size
         along = x @ GENERIC[: x.shape[1]]
         one, other = _within(along, along - tolerance, along + tolerance)
-        same = np.flatnonzero((one < other) & (norm(x[one] - x[other]) <= tolerance))[:1]
+        met = self.beneath[:, 0] == FACING
+        same = (one < other) & (norm(x[one] - x[other]) <= tolerance) & ~(met[one] & met[other])
+        same = np.flatnonzero(same)[:1]
         twice = self.surface[np.append(one[same], other[same])].tolist() if same.size else None
         what = "different places on the surface: merge them, or open a crack between them, whose faces know no contact"
         require(twice is None, "mesh.nodes", f"nodes {twice} at one place", what)
@@ -100,7 +108,7 @@ class Itself:
                 node = self.surface[np.argmax(past)]
                 return f"node {node} is {past.max():.2g} past {plane.words}, in the body's own mirror image"
         x = nodes[self.surface]
-        x += BENEATH * (nodes[self.mesh.elements[self.own]].mean(axis=1) - x)
+        x += self.beneath * (nodes[self.mesh.elements[self.own]].mean(axis=1) - x)
         number, element = self._boxed(nodes, x)
         if not number.size:
             return None

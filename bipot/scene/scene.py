@@ -26,6 +26,7 @@ from bipot.paths import corners
 from bipot.scene.between import Surroundings
 from bipot.scene.between_faces import Skin
 from bipot.scene.calipers import Calipers
+from bipot.scene.deformable import require_facing, require_held_parts
 from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Directions, Holding
@@ -35,6 +36,7 @@ from bipot.scene.paces import Moved, Paces, paces_of
 from bipot.scene.regions import checked, parts_of
 from bipot.scene.supports import Prescribed, Support
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.poses import pose_size
 from bipot.tools.tool import AnyTool, Tool
 from bipot.typing import Bools, Floats, FrozenMap, Ints
@@ -65,7 +67,7 @@ class Scene:
     geometry: Geometry
     material: Material
     supports: tuple[Support, ...]
-    tools: tuple[AnyTool, ...] = ()
+    tools: tuple[AnyTool | DeformableTool, ...] = ()
     quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
@@ -83,6 +85,7 @@ class Scene:
         self.itself.require_apart()
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
+        require_held_parts(self.mesh, self.geometry, self.holding, self.tools)
         self._check_axis()
         held = Held(self.mesh, self.geometry, self.holding.numbers, self.holding.axes)
         held.require_strained(self.rule, self.volume_change)
@@ -92,7 +95,10 @@ class Scene:
         fitted = Fitted(self.mesh, self.geometry, self.materials, self.holding, self.surroundings)
         require_outer(self.mirrors, self.mesh, self.tools, self.loads)
         for k, tool in enumerate(self.tools):
-            require_fitting(fitted, tool, f"tools[{k}]")
+            if isinstance(tool, DeformableTool):
+                require_facing(self.mesh, self.ring, tool, f"tools[{k}]")
+            else:
+                require_fitting(fitted, tool, f"tools[{k}]")
         require_mirrored(self.planes, self.mesh, self.geometry, self.tools, self.loads)
 
     def _check_types(self) -> None:
@@ -183,7 +189,13 @@ class Scene:
     @cached_property
     def itself(self) -> Itself:
         """The test whether the body penetrates itself."""
-        return Itself.of(self.mesh, self.mirrors)
+        return Itself.of(self.mesh, self.mirrors, self._facing)
+
+    @property
+    def _facing(self) -> Ints:
+        """Nodes (n,) on either side of deformable tools."""
+        names = [name for t in self.tools if isinstance(t, DeformableTool) for name in (*t.candidates, *t.surface)]
+        return self.mesh.boundary_nodes(*names) if names else np.empty(0, np.intp)
 
     @cached_property
     def size(self) -> float:

@@ -29,6 +29,7 @@ from bipot.scene.agreeing import told
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
 from bipot.tensors import norm
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.halves import halved_at
 from bipot.tools.poses import Turn, pose_size
 from bipot.tools.surfaces import ACROSS, across, frames, imaged
@@ -148,6 +149,9 @@ def require_mirrored(
     """
     for plane in planes:
         for k, tool in enumerate(tools):
+            if isinstance(tool, DeformableTool):
+                # Its mirror image is the image of the boundary.
+                continue
             _require_mirrored_tool(plane, mesh, geometry is Geometry.AXISYMMETRIC, tool, f"tools[{k}]")
         for k, load in enumerate(loads):
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
@@ -277,12 +281,13 @@ def own_share(planes: Sequence[Mirror], points: Floats) -> Floats:
 def whole_force(planes: Sequence[Mirror], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
-    Around an axis the vectors of radial components sum to zero.
+        Around an axis the vectors of radial components sum to zero.
 
-    >>> from bipot.tools.tool import FlatTool
-    >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
-    >>> whole_force((Mirror((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
-    array([  0., -14.])
+        >>> from bipot.tools.deformable import DeformableTool
+    from bipot.tools.tool import FlatTool
+        >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
+        >>> whole_force((Mirror((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
+        array([  0., -14.])
     """
     out = np.array(force, dtype=np.float64)
     for plane in planes:

@@ -271,4 +271,4 @@ class ShapedTool(Tool):
 
 
 AnyTool = FlatTool | ShapedTool
-"""All kinds of tools."""
+"""All kinds of rigid tools."""

@@ -1,0 +1,63 @@
+"""Increments at deformable tools: contact is posed in the configuration at their end, which is found step by step.
+
+Means and normals (:mod:`bipot.tools.facing`) of one configuration make an increment with flat tools, in every form. Its
+answer ends in another configuration; the increment is solved again with that, from there, until the answer meets all
+bounds in the configuration of its own end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from bipot.checks.examined import Examined
+from bipot.coulomb.acceleration import Anderson, Past
+from bipot.errors import NotConverged
+from bipot.forms import Cache, Form
+from bipot.increment import Leave, Limits, Near, Observer, Solved, solve_increment
+from bipot.iterate import Increment
+from bipot.typing import Floats
+
+MOST, MIXED = 30, Anderson(depth=5, weight=1.0)
+"""Configurations of one increment, and how the next one is mixed of the last."""
+
+POSED = ("equilibrium", "tool_equilibrium", "yield_violation")
+"""Measures of an answer of a form that poses another law."""
+
+
+def solve_facing(
+    increment: Increment,
+    form: Form[Any],
+    limits: Limits,
+    cache: Cache,
+    largest: float,
+    observe: Observer,
+    near_to: Near | None,
+    leave: Leave | None,
+) -> Solved:
+    """Solve the increment (:func:`~bipot.increment.solve_increment`), with deformable tools where they are at its end.
+
+    Raises:
+        NotConverged: also where configurations do not come nearer to each other.
+    """
+    given = form, limits, cache, largest, observe
+    if not increment.system.candidates.deformable:
+        return solve_increment(increment, *given, near_to, leave)
+    nodes = increment.start.nodes if near_to is None else near_to.iterate.nodes
+    passes, past, failure = 0, Past(), NotConverged("deformable tools and the candidates before them do not rest")
+    for _ in range(MOST):
+        solved = solve_increment(_facing(increment, nodes), *given, near_to, leave)
+        passes += solved.passes
+        ended = solved.iterate.nodes
+        here = Examined(_facing(increment, ended).at(solved.iterate.x), solved.r, largest, limits.bounds)
+        ratios = here.ratios()
+        if all(ratio <= 1 for name, ratio in ratios.items() if solved.posed is None or name in POSED):
+            return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
+        past, mixed = MIXED.advance(past, nodes.ravel(), ended.ravel())
+        nodes, near_to = mixed.reshape(nodes.shape), Near(here.iterate, solved.r)
+    raise failure
+
+
+def _facing(increment: Increment, nodes: Floats) -> Increment:
+    """The increment with deformable tools before their candidates as where nodes are at ``nodes`` (a, d)."""
+    return replace(increment, system=increment.system.facing(nodes))

@@ -1,0 +1,87 @@
+"""Checks of scenes with several parts and deformable tools."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.errors import require
+from bipot.fem.assembly import rigid_motions
+from bipot.fem.reduction import Geometry
+from bipot.meshes.mesh import Mesh
+from bipot.scene.holding import Holding
+from bipot.tools.deformable import DeformableTool
+from bipot.tools.facing import facing
+from bipot.typing import Ints
+
+INSIDE = 1e-9
+"""Depth of candidates in a deformable tool at rest, over the body's size, up to which it is round-off."""
+
+RIGID = 1e-9
+"""Singular values of the motions of supports, over the largest, that are zero."""
+
+
+def require_held_parts(mesh: Mesh, geometry: Geometry, holding: Holding, tools: tuple[object, ...]) -> None:
+    """Require one connected body, or parts that supports hold, each of which faces another one.
+
+    Raises:
+        SceneError: parts that touch only in a corner, or not at all, and would move independently.
+    """
+    part = mesh.connected
+    count = int(part.max()) + 1
+    if count == 1:
+        return
+    facing_tools = [tool for tool in tools if isinstance(tool, DeformableTool)]
+    what = "edge" if mesh.dimension == 2 else "face"
+    apart = int(np.flatnonzero(part != part[0])[0])
+    lonely = f"one body, or parts that deformable tools join: element {apart} shares no {what} with those of element 0"
+    require(bool(facing_tools), "scene.mesh", "in parts", lonely)
+    touched = set[int]()
+    for tool in facing_tools:
+        touched |= {*part[mesh.owners(*tool.surface)].tolist(), *part[mesh.owners(*tool.candidates)].tolist()}
+    missing = sorted({*range(count)} - touched)
+    lonely = "parts of which each has the surface or the candidates of a deformable tool"
+    require(not missing, "scene.mesh", f"with part {missing[:1]}, of element {_first(part, missing)}", lonely)
+    every = np.arange(mesh.nodes.size)
+    motions = rigid_motions(mesh.nodes, every, geometry).reshape(*mesh.nodes.shape, -1)
+    along = holding.axes.frames(*mesh.nodes.shape) @ motions
+    for k in range(count):
+        nodes = np.unique(mesh.elements[part == k])
+        size = np.linalg.svd(along[nodes].reshape(-1, along.shape[-1]), compute_uv=False)[0]
+        held = along[nodes][holding.held[nodes]]
+        kept = int((np.linalg.svd(held, compute_uv=False) > RIGID * size).sum()) if len(held) else 0
+        what = f"such that they hold each part: that of element {_first(part, [k])} is free to move as a whole"
+        require(kept == along.shape[-1], "scene.supports", f"{along.shape[-1] - kept} motions", what)
+
+
+def _first(part: Ints, numbers: list[int]) -> int:
+    return int(np.flatnonzero(part == numbers[0])[0]) if numbers else -1
+
+
+def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> None:
+    """Refuse a deformable tool that does not fit the body, naming its field by the ``label``.
+
+    Raises:
+        SceneError: in space, or of quadratic elements; inner edges; nodes in both boundaries, or coefficients at nodes
+            of none; candidates in the surface at rest.
+    """
+    allowed = "of linear elements in a plane, with a deformable tool: Q4 or T3"
+    require(mesh.dimension == 2 and not mesh.element.quadratic, "scene.mesh", mesh.element.name, allowed)
+    for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
+        for one in names:
+            mesh.boundary(one, f"{label}.{name}")
+        inner = mesh.inner_edges(*names)[:1].tolist()
+        require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")
+    node = mesh.boundary_nodes(*tool.candidates)
+    both = np.intersect1d(node, mesh.boundary_nodes(*tool.surface))[:1].tolist()
+    require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
+    strange = sorted(set(tool.mu_at) - set(node.tolist()))[:1]
+    require(not strange, "mu_at node", strange, "one of the tool's candidates")
+    one, other = (
+        np.concatenate([mesh.surface(name)[0] for name in names]) for names in (tool.candidates, tool.surface)
+    )
+    found = facing(mesh.nodes, node, one, other, ring)
+    gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
+    gap[found.apart] = 0.0
+    deep = int(np.argmin(gap))
+    off = f"off the tool's surface, not {-gap[deep]:.3g} in it at node {node[deep]}"
+    require(gap[deep] >= -INSIDE * mesh.size, f"{label}.candidates", tool.candidates, off)

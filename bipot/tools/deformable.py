@@ -1,0 +1,143 @@
+"""Deformable tools: a boundary of the mesh itself, of another part of the body or of the same.
+
+Where it is, is known of a configuration only (:mod:`bipot.tools.facing`). Beside the candidates nothing is told of it:
+for all other points it is out of reach.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bipot.errors import require, require_tuple
+from bipot.tools.surfaces import Distance, Surface, Tips, frames
+from bipot.tools.tool import STRAIGHT_ON, Sampling, Tool
+from bipot.typing import Bools, Floats, FrozenMap, Vector
+
+
+@dataclass(frozen=True)
+class Unbounded(Surface):
+    """What points meet that are no candidates: nothing."""
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`: out of reach."""
+        dimension = x.shape[-1]
+        straight = np.zeros(x.shape[:-1] + (3, 3) * (dimension == 3))
+        return Distance(self.gap(x, x), np.broadcast_to(np.eye(dimension)[-1], x.shape), straight)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`: out of reach."""
+        return np.full(x.shape[:-1], np.inf)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.abs(x).max(axis=-1)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`: none."""
+        return np.zeros_like(by) if by.shape[-1] == 2 else np.zeros_like(by[..., :1])
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: never."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: none."""
+        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`: always, as planes of symmetry mirror both sides of the contact."""
+        return True
+
+    def image(self, normal: Vector, position: float) -> Surface:
+        """As :meth:`Surface.image`."""
+        return self
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        return other == self
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: none, as it is drawn with the body."""
+        return []
+
+
+@dataclass(frozen=True, eq=False)
+class Faced(Unbounded):
+    """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d) from the tool.
+
+    ``normals`` n (m, d) are those of the points, and ``places`` (m,) the size of the numbers of which z are differences.
+    """
+
+    normals: Floats
+    places: Floats
+    apart: Floats
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        straight = np.zeros(x.shape[:-1] + (3, 3) * (x.shape[-1] == 3))
+        return Distance(self.gap(x, x), np.broadcast_to(self.normals, x.shape), straight)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return np.vecdot(x, self.normals) + self.apart
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.broadcast_to(self.places, x.shape[:-1])
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        along = frames(self.normals)[:, : 2 if by.shape[-1] == 2 else 1]
+        return np.vecdot(along, by[..., None, :])
+
+
+@dataclass(frozen=True)
+class DeformableTool(Tool):
+    """The boundaries ``surface`` of the mesh as a tool, e.g. of a part that stands for a punch.
+
+    Nodes of the boundaries ``candidates``, which have no node in common with these, may touch them, with the Coulomb
+    coefficient ``mu``, or ``mu_at`` of the node where given; ``mu = inf`` welds. The law is posed in the means of
+    :mod:`bipot.tools.facing`, of the configuration at the end of the increment. Forces are those on the side of the
+    candidates; the nodes of the surface bear the opposite ones.
+
+    Raises:
+        SceneError: no boundary, one that is in both fields, a coefficient below zero.
+    """
+
+    surface: tuple[str, ...]
+    candidates: tuple[str, ...]
+    mu: float
+    mu_at: Mapping[int, float] = field(default_factory=dict)
+    met: Surface = field(default=Unbounded(), repr=False, compare=False)
+
+    travel = (0.0, 0.0)
+    path = STRAIGHT_ON
+    driven_by = None
+    sampling = Sampling.NODES
+    shear = math.inf
+    shear_at = FrozenMap[int, float]({})
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "surface", require_tuple(self.surface, str, "tool.surface"))
+        require(len(self.surface) > 0, "tool.surface", self.surface, "at least one mesh boundary")
+        self._check()
+        both = sorted({*self.surface} & {*self.candidates})
+        require(not both, "tool.candidates", both, "other boundaries than those of the surface")
+
+    @property
+    def face(self) -> Surface:  # type: ignore[override]
+        """What its candidates, or all other points, meet."""
+        return self.met
+
+    @property
+    def flat(self) -> bool:
+        """Always: normals are those of a configuration, and constant in an increment."""
+        return True
+
+    def before(self, faced: Faced) -> DeformableTool:
+        """The same as its candidates meet it."""
+        return replace(self, met=faced)
