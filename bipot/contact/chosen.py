@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.contact import faced
 from bipot.contact.candidates import Candidates
-from bipot.contact.faced import faced
 from bipot.contact.means import Means
 from bipot.contact.mobility import mirrored, moving
 from bipot.contact.sampling import points
@@ -24,11 +24,10 @@ def candidates(scene: Scene, space: Space, nodes: Floats | None = None) -> Candi
 
     What points at deformable tools face is that of the configuration ``nodes`` (a, d), by default at rest.
     """
-    found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
     x = scene.mesh.nodes if nodes is None else nodes
     found = tuple(
-        faced(scene, tool, at, x) if isinstance(tool, DeformableTool) else at
-        for tool, at in zip(scene.tools, found, strict=True)
+        faced.points(scene, tool, x) if isinstance(tool, DeformableTool) else points(scene.mesh, scene.geometry, tool)
+        for tool in scene.tools
     )
     number, weights, within, first = list[Ints](), list[sp.csr_matrix](), list[Floats](), 0
     node, owner, mu, shear = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty(0)], [np.empty(0)]

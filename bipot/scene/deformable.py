@@ -10,7 +10,7 @@ from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
 from bipot.scene.holding import Holding
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import facing
+from bipot.tools.facing import Sides, facing
 from bipot.typing import Ints
 
 INSIDE = 1e-9
@@ -79,9 +79,10 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     one, other = (
         np.concatenate([mesh.surface(name)[0] for name in names]) for names in (tool.candidates, tool.surface)
     )
-    found = facing(mesh.nodes, node, one, other, ring)
+    sides = Sides.of(mesh.nodes, one, other)
+    found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
     gap[found.apart] = 0.0
     deep = int(np.argmin(gap))
-    off = f"off the tool's surface, not {-gap[deep]:.3g} in it at node {node[deep]}"
+    off = f"off the tool's surface, not {-gap[deep]:.3g} in it at node {sides.node[deep]}"
     require(gap[deep] >= -INSIDE * mesh.size, f"{label}.candidates", tool.candidates, off)

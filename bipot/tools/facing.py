@@ -25,6 +25,9 @@ from bipot.typing import Floats, Ints
 FACES = -0.1
 """Largest product of the outward normals of two edges that face each other."""
 
+CREASE = 0.5
+"""Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
+
 LEAST = 1e-9
 """A point of which the part of its edges that faces the other boundary is no longer than this faces nothing."""
 
@@ -94,15 +97,47 @@ class Facing:
     depth: float
 
 
-def facing(nodes: Floats, node: Ints, one: Ints, other: Ints, ring: bool) -> Facing:
-    """Points at the sorted nodes ``node`` (p,) of the edges ``one`` (f, 2), before the edges ``other`` (g, 2).
+@dataclass(frozen=True)
+class Sides:
+    """Edges ``one`` (f, 2) and ``other`` (g, 2) that may face each other, which run anticlockwise, nodes of each.
 
-    Both run anticlockwise. The ``nodes`` (a, 2) are at their present places; ``ring`` as of :func:`pieces`.
+    The ends of the former are the points ``point`` (f, 2), at the nodes ``node`` (p,).
     """
+
+    one: Ints
+    other: Ints
+    point: Ints
+    node: Ints
+
+    @staticmethod
+    def of(nodes: Floats, one: Ints, other: Ints) -> Sides:
+        """With one point a node, or two where the boundary at the places ``nodes`` (a, 2) turns by more than 60 degrees.
+
+        So it does at the corner of a body, of which one side may touch and the other be far off.
+        """
+        out = outward(nodes[one])
+        # The edge before and after each node, as edges run anticlockwise.
+        before = {int(end): k for k, (_, end) in enumerate(one)}
+        own = [before.get(int(start), k) for k, (start, _) in enumerate(one)]
+        smooth = np.vecdot(out, out[own]) >= CREASE
+        # A point is named by the edge that begins there, or ends there if none goes on from it.
+        begins = np.where(smooth & (np.array(own) != np.arange(len(one))), own, -1)
+        names = np.empty(one.shape, np.intp)
+        names[:, 1] = len(one) + np.arange(len(one))
+        names[:, 0] = np.where(begins >= 0, len(one) + begins, np.arange(len(one)))
+        _, first, point = np.unique(names, return_index=True, return_inverse=True)
+        at = one.ravel()[first]
+        order = np.argsort(at, kind="stable")
+        return Sides(one, other, np.argsort(order)[point].reshape(one.shape), at[order])
+
+
+def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
+    """The points of the ``sides`` where ``nodes`` (a, 2) are at their present places; ``ring`` as of :func:`pieces`."""
+    one, other, node = sides.one, sides.other, sides.node
     found = pieces(nodes[one], nodes[other], ring)
     count, size = len(node), len(nodes)
     psi, by_other = (np.stack([1 - s, s], axis=-1) for s in (found.xi, found.eta))
-    point = np.searchsorted(node, one[found.one])
+    point = sides.point[found.one]
     share = np.einsum("sg,sgp->sp", found.weight, psi)
     area = np.bincount(point.ravel(), share.ravel(), count)
     own = np.einsum("sg,sgp,sgk->spk", found.weight, psi, psi)
@@ -111,7 +146,7 @@ def facing(nodes: Floats, node: Ints, one: Ints, other: Ints, ring: bool) -> Fac
     entries = [(of, *np.broadcast_arrays(point[:, :, None], at[:, None, :])) for of, at in parts]
     values, rows, columns = (np.concatenate([part[k].ravel() for part in entries]) for k in range(3))
     ends = nodes[one]
-    reach = np.bincount(np.searchsorted(node, one).ravel(), np.repeat(norm(ends[:, 1] - ends[:, 0]), 2), count)
+    reach = np.bincount(sides.point.ravel(), np.repeat(norm(ends[:, 1] - ends[:, 0]), 2), count)
     least = LEAST * reach * (nodes[node, 0].max() if ring else 1.0)
     apart = np.flatnonzero(area <= least)
     kept = ~np.isin(rows, apart)
@@ -124,6 +159,6 @@ def facing(nodes: Floats, node: Ints, one: Ints, other: Ints, ring: bool) -> Fac
     every = point.ravel(), -np.repeat(outward(ends)[found.one], 2, axis=0) * share.ravel()[:, None]
     np.add.at(normal, *every)
     alone = np.zeros((count, 2))
-    np.add.at(alone, np.searchsorted(node, one).ravel(), -np.repeat(outward(ends), 2, axis=0))
+    np.add.at(alone, sides.point.ravel(), -np.repeat(outward(ends), 2, axis=0))
     normal[apart] = alone[apart]
     return Facing(weights, unit(normal), apart, max(0.0, -float(found.gap.min(initial=0.0))))
