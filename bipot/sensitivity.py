@@ -95,8 +95,8 @@ def sensitivities(
     Raises:
         SceneError: at once, a wrong type; no parameter, or one that is no finite number; scenes of other elements,
             supports, tools, candidates or kinds of these, or whose paths turn at other times; a material whose stress
-            is not returned; an accuracy or landings that are located, with which the increments themselves change with
-            the parameters. With an increment, a form of penalised contact.
+            is not returned; deformable tools; an accuracy or landings that are located, with which the increments
+            themselves change with the parameters. With an increment, a form of penalised contact.
         IncrementFailed: as of :func:`~bipot.marching.march`.
         ProgramError: nothing determines how the answer changes, as of a body that is held by nothing.
         InvertedElement: an element of a changed scene is inverted.
@@ -110,6 +110,8 @@ def sensitivities(
     require(control.locate is None, "control.locate", control.locate, allowed)
     at, changes = _changed(at, sizes)
     system = _system(scene_of, at, "scene_of(**at)")
+    allowed = "rigid: how what faces each other changes is not known"
+    require(not system.candidates.deformable, "scene_of(**at).tools", "deformable ones", allowed)
     material, allowed = system.body.scene.materials, "one whose stress is returned to the yield surface"
     require(not material.drifts, "material", material, allowed)
     others = {

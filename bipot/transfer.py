@@ -84,6 +84,8 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     require_type(control, Control, "control")
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
     require(scene.geometry is onto.geometry, "onto.geometry", onto.geometry, f"{scene.geometry}, as the other scene's")
+    for name, one in (("scene", scene), ("onto", onto)):
+        require(not one.mesh.connected.any(), f"{name}.mesh", "in parts", "one body, drawn anew by itself")
     for name in ("material", "regions"):
         one, other = getattr(scene, name), getattr(onto, name)
         require(one == other, f"onto.{name}", other, f"{one}, as the other scene's")

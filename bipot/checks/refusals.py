@@ -12,6 +12,8 @@ from bipot.iterate import Increment, Iterate
 from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
+from bipot.tools.deformable import DeformableTool
+from bipot.tools.facing import crossed
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs
@@ -60,6 +62,8 @@ def refuse_motion(iterate: Iterate, r: Floats) -> None:
         _refuse_between(iterate)
     if iterate.increment.system.candidates.weighted:
         _refuse_unfelt(iterate, r)
+    if iterate.increment.system.candidates.deformable:
+        _refuse_passed(iterate)
     _refuse_image(iterate)
     _refuse_itself(iterate)
 
@@ -103,6 +107,20 @@ def _refuse_crossed(iterate: Iterate) -> None:
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
         advice = "Use more increments: they are too long for the tool."
         raise Refused(f"tools[{tool}] goes through node {node}", advice, too_far=True)
+
+
+def _refuse_passed(iterate: Iterate) -> None:
+    """Refuse nodes on either side of a deformable tool that pass through the other side."""
+    scene, nodes = iterate.increment.system.body.scene, iterate.increment.start.nodes
+    for k, tool in enumerate(scene.tools):
+        if not isinstance(tool, DeformableTool):
+            continue
+        for names, others in ((tool.candidates, tool.surface), (tool.surface, tool.candidates)):
+            edges = scene.mesh.around(*others)
+            found = crossed(nodes, iterate.nodes, scene.mesh.boundary_nodes(*names), edges)
+            if found is not None:
+                said = f"node {found[0]} goes through the edge of nodes {found[1]} at tools[{k}]"
+                raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
 
 
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:

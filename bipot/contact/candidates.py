@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.contact.coupling import Pairs, pairs_of
+from bipot.contact.coupling import Pairs, entries_of, pairs_of
 from bipot.contact.means import Means, Operators, without_zeros
 from bipot.contact.mobility import along_what_is_held, movable, shares
 from bipot.contact.sampling import Points
@@ -31,7 +31,6 @@ from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
 from bipot.tensors import norm
-from bipot.tools.deformable import DeformableTool
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
 from bipot.tools.slips import framed
@@ -102,10 +101,7 @@ class Candidates:
     @cached_property
     def tools(self) -> tuple[Tool, ...]:
         """The scene's tools, deformable ones as their candidates meet them."""
-        pairs = zip(self.scene.tools, self.points, strict=True)
-        return tuple(
-            tool.before(at.faced) if at.faced and isinstance(tool, DeformableTool) else tool for tool, at in pairs
-        )
+        return tuple(at.met(tool) for tool, at in zip(self.scene.tools, self.points, strict=True))
 
     @cached_property
     def deformable(self) -> bool:
@@ -193,13 +189,10 @@ class Candidates:
 
     @cached_property
     def _bent(self) -> tuple[Ints, tuple[Ints, Ints, Ints]]:
-        """The parts (b,) at curved tools, and the entries (b, d, d) of their nodes in any element: these are summed."""
-        mesh, shaped = self.scene.mesh, np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
+        """The parts (b,) at curved tools, and where their matrices are added to those of elements."""
+        shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
         parts = np.flatnonzero(shaped[self.tool[self.parts.owner]])
-        _, first = np.unique(mesh.elements, return_index=True)
-        element, local = np.divmod(first[self.met.nodes[parts]], mesh.elements.shape[1])
-        dofs = mesh.dimension * local[:, None] + np.arange(mesh.dimension)
-        return parts, (element[:, None, None], dofs[:, :, None], dofs[:, None, :])
+        return parts, entries_of(self.scene.mesh, self.met.nodes[parts])
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) that involve the coordinates of curved tools that are driven.

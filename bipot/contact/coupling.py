@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.fem.assembly import Space
+from bipot.meshes.mesh import Mesh
 from bipot.programs.pieces import Measured
 from bipot.scene.scene import Scene
 from bipot.tools.meeting import Faces, Meeting
@@ -100,6 +101,14 @@ class Pairs:
 
     def _key(self, tool: Ints, node: Ints) -> Ints:
         return tool * len(self.scene.mesh.nodes) + node
+
+
+def entries_of(mesh: Mesh, nodes: Ints) -> tuple[Ints, Ints, Ints]:
+    """Where the matrices (b, d, d) of ``nodes`` (b,) are in those of elements (e, dk, dk): in any, as they sum."""
+    _, first = np.unique(mesh.elements, return_index=True)
+    element, local = np.divmod(first[nodes], mesh.elements.shape[1])
+    dofs = mesh.dimension * local[:, None] + np.arange(mesh.dimension)
+    return element[:, None, None], dofs[:, :, None], dofs[:, None, :]
 
 
 def pairs_of(scene: Scene) -> Pairs:

@@ -18,9 +18,7 @@ FAR = 1e3
 
 def sides_of(scene: Scene, tool: DeformableTool) -> Sides:
     """Both sides of the contact at a deformable tool, with points by the mesh at rest."""
-    one, other = (
-        np.concatenate([scene.mesh.surface(name)[0] for name in names]) for names in (tool.candidates, tool.surface)
-    )
+    one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
     return Sides.of(scene.mesh.nodes, one, other)
 
 

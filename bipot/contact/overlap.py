@@ -26,6 +26,8 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import PLANAR
+from bipot.tools.deformable import DeformableTool
+from bipot.tools.facing import pieces
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints, read_only
 
@@ -40,10 +42,16 @@ HALVINGS = 52
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """Largest penetration of ``nodes`` (a, d), edges and faces into the tools, over the body size; 0 if none.
 
+    At deformable tools it is that at the points by which their means are integrated.
+
     The tools are in the poses ``placed`` (k, p). All facets of their boundaries count, with open, closed or held nodes.
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
+        if isinstance(tool, DeformableTool):
+            one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
+            deepest = max(deepest, -float(pieces(nodes[one], nodes[other], scene.ring).gap.min(initial=0.0)))
+            continue
         edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
         if scene.mesh.dimension == 3 and (scene.mesh.element.quadratic or not tool.flat):

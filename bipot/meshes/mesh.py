@@ -222,6 +222,10 @@ class Mesh(EqualByNumbers):
         found = self._facets.find(self.boundary(name))
         return self._facets.nodes[found], self._facets.owner[found]
 
+    def around(self, *names: str) -> Ints:
+        """Facets (f, n) of the named boundaries, which run anticlockwise around their elements, in sequence."""
+        return np.concatenate([self.surface(name)[0] for name in names])
+
     def boundary(self, name: str, field: str = "boundary") -> Ints:
         """Facets (f, n) of the boundary ``name``; raises SceneError naming its ``field`` and the known ones."""
         require_type(name, str, field)

@@ -20,8 +20,8 @@ def together(meshes: Mapping[str, Mesh]) -> Mesh:
 
     >>> from bipot.meshes.sections import block
     >>> together({"one": block(1.0, 1.0, 1, 1), "other": block(2.0, 1.0, 2, 1)})
-    Mesh(3 Q4 elements, 10 nodes; boundaries one/base, one/left, one/right, one/top, other/base, other/left, other/right, \
-other/top; regions one, other)
+    Mesh(3 Q4 elements, 10 nodes; boundaries one/base, one/left, one/right, one/top, other/base, other/left, \
+other/right, other/top; regions one, other)
     """
     require_type(meshes, Mapping, "meshes")
     require(len(meshes) > 0, "meshes", dict(meshes), "at least one mesh, by name")

@@ -261,7 +261,7 @@ def chains(mesh: Mesh, names: list[str]) -> list[Ints]:
     Each begins at the end with the smaller first coordinate at rest, an upright one at the lower end, a closed one
     anywhere.
     """
-    edges = np.unique(np.concatenate([mesh.surface(name)[0] for name in names]), axis=0)
+    edges = np.unique(mesh.around(*names), axis=0)
     ahead = {int(edge[0]): edge for edge in edges}
     begins = sorted(set(ahead) - set(edges[:, -1].tolist())) or sorted(ahead)[:1]
     found = []

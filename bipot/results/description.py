@@ -25,8 +25,10 @@ from bipot.scene.drives import lever
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.state import State
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane, Surface
+from bipot.tools.tool import Tool
 from bipot.typing import Ints
 
 Parameters = Mapping[str, Any]
@@ -67,7 +69,7 @@ def _described(scene: Scene) -> dict[str, Any]:
         "loads": [repr(load) for load in scene.loads],
         "tools": [
             {
-                **_surface(t.face),
+                **_surface(t),
                 **{name: getattr(t, name) for name in ("travel", "path", "candidates", "mu", "shear")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
                 "shear_at": {str(node): shear for node, shear in t.shear_at.items()},
@@ -109,8 +111,11 @@ def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:
     return said if turn.driven_by is None else {**said, "lever": lever(surface, turn, scene.mesh.size)}
 
 
-def _surface(surface: Surface) -> dict[str, Any]:
-    """A plane's numbers by name, any other surface in words."""
+def _surface(tool: Tool) -> dict[str, Any]:
+    """A plane's numbers by name, boundaries of the mesh by theirs, any other surface in words."""
+    surface = tool.face
+    if isinstance(tool, DeformableTool):
+        return {"boundaries": tool.surface}
     if isinstance(surface, Plane):
         return {"point": surface.point, "normal": surface.normal}
     return {"surface": repr(surface)}

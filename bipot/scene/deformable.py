@@ -76,9 +76,7 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
     strange = sorted(set(tool.mu_at) - set(node.tolist()))[:1]
     require(not strange, "mu_at node", strange, "one of the tool's candidates")
-    one, other = (
-        np.concatenate([mesh.surface(name)[0] for name in names]) for names in (tool.candidates, tool.surface)
-    )
+    one, other = (mesh.around(*names) for names in (tool.candidates, tool.surface))
     sides = Sides.of(mesh.nodes, one, other)
     found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, found.weights @ mesh.nodes)

@@ -104,7 +104,7 @@ def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:
     Sides beside a flat tool of this ``normal`` are exempt: when a side rolls onto the tool its rim touches first, which
     nodes feel at once and means around corners late.
     """
-    faces = np.concatenate([mesh.surface(name)[0] for name in tool.candidates])
+    faces = mesh.around(*tool.candidates)
     table = facet(faces.shape[1], mesh.dimension)
     if tool.sampling is not Sampling.NODES or (table.weights @ table.values).min() >= -ROUND_OFF:
         return

@@ -67,7 +67,7 @@ class Unbounded(Surface):
 
 @dataclass(frozen=True, eq=False)
 class Faced(Unbounded):
-    """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d) from the tool.
+    """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d).
 
     ``normals`` n (m, d) are those of the points, and ``places`` (m,) the size of the numbers of which z are differences.
     """

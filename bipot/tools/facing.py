@@ -20,6 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.tensors import norm, unit
+from bipot.tools.plane import cross
 from bipot.typing import Floats, Ints
 
 FACES = -0.1
@@ -30,6 +31,9 @@ CREASE = 0.5
 
 LEAST = 1e-9
 """A point of which the part of its edges that faces the other boundary is no longer than this faces nothing."""
+
+DEPTH = 0.25
+"""Depth behind an edge, over its length, that a node in whose means there is no gap may have."""
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0) / 2 + 0.5
 """Places in [0, 1] of a rule with equal weights, exact for cubic functions: of r psi_p N_k."""
@@ -59,23 +63,89 @@ def outward(edges: Floats) -> Floats:
 def pieces(one: Floats, other: Floats, ring: bool) -> Pieces:
     """The pieces of edges ``one`` (f, 2, 2) and ``other`` (g, 2, 2) that face each other; ``ring`` of a meridian.
 
-    A piece that is farther behind the edge than both edges are long does not count.
+    Of several that face the same place the nearest counts; a piece that is farther behind the edge than both edges are
+    long does not.
     """
-    length, other_length = norm(one[:, 1] - one[:, 0]), norm(other[:, 1] - other[:, 0])
-    along = (one[:, 1] - one[:, 0]) / length[:, None]
-    i, j = np.nonzero(outward(one) @ outward(other).T < FACES)
-    start = one[i, 0]
-    ends = np.vecdot(other[j] - start[:, None], along[i, None]) / length[i, None]
+    out, length = outward(one), norm(one[:, 1] - one[:, 0])
+    i, j = np.nonzero(out @ outward(other).T < FACES)
+    along = (one[i, 1] - one[i, 0]) / length[i, None] ** 2
+    ends = np.vecdot(other[j] - one[i, None, 0], along[:, None])
+    heights = np.vecdot(other[j] - one[i, None, 0], out[i, None])
     low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
-    kept = high > low
-    i, j, ends, low, high = i[kept], j[kept], ends[kept], low[kept], high[kept]
+    deepest = heights.min(axis=1) + length[i] + norm(other[j, 1] - other[j, 0])
+    kept = np.flatnonzero((high > low) & (deepest > 0))
+    shown, low, high = Heights(i[kept], low[kept], high[kept], ends[kept], heights[kept]).nearest()
+    i, j, ends, heights = (of[kept][shown] for of in (i, j, ends, heights))
     xi = low[:, None] + (high - low)[:, None] * GAUSS
     eta = (xi - ends[:, :1]) / (ends[:, 1:] - ends[:, :1])
-    here, there = _on(one[i], xi), _on(other[j], eta)
-    gap = np.vecdot(there - here, outward(one)[i, None])
-    kept = gap.min(axis=1) > -(length[i] + other_length[j])
-    weight = ((high - low) * length[i] / 2)[:, None] * (here[..., 0] if ring else np.ones_like(xi))
-    return Pieces(i[kept], j[kept], xi[kept], eta[kept], gap[kept], weight[kept])
+    gap = heights[:, :1] + eta * (heights[:, 1:] - heights[:, :1])
+    radius = _on(one[i], xi)[..., 0] if ring else np.ones_like(xi)
+    return Pieces(i, j, xi, eta, gap, ((high - low) * length[i] / 2)[:, None] * radius)
+
+
+class Heights(NamedTuple):
+    """Pieces (s,) before an ``edge`` (s,), ``low`` to ``high``, that rise between ``heights`` (s, 2) at ``ends``."""
+
+    edge: Ints
+    low: Floats
+    high: Floats
+    ends: Floats
+    heights: Floats
+
+    def at(self, some: Ints, place: Floats) -> Floats:
+        """Heights (n, m) of ``some`` (n,) of them at a ``place`` (m,), inf beside them."""
+        start, end = self.ends[some].T[..., None]
+        low, high = self.heights[some].T[..., None]
+        inside = (self.low[some, None] < place) & (place < self.high[some, None])
+        return np.where(inside, low + (high - low) / (end - start) * (place - start), np.inf)
+
+    def nearest(self) -> tuple[Ints, Floats, Floats]:
+        """The numbers (t,) of pieces, without what others hide, and their new bounds.
+
+        Where several are before one place, the lowest in the middle between two of all bounds is kept there.
+        """
+        order = np.lexsort((self.low, self.edge))
+        edge, low, high = self.edge[order], self.low[order], self.high[order]
+        crowded = np.isin(self.edge, edge[1:][(edge[1:] == edge[:-1]) & (low[1:] < high[:-1] - LEAST)])
+        alone = np.flatnonzero(~crowded)
+        kept, begin, end = [alone], [self.low[alone]], [self.high[alone]]
+        for one in np.unique(self.edge[crowded]):
+            mine = np.flatnonzero(self.edge == one)
+            bounds = np.unique([self.low[mine], self.high[mine]])
+            height = self.at(mine, (bounds[1:] + bounds[:-1]) / 2)
+            met = np.isfinite(height).any(axis=0)
+            kept.append(mine[np.argmin(height, axis=0)[met]])
+            begin.append(bounds[:-1][met])
+            end.append(bounds[1:][met])
+        return np.concatenate(kept), np.concatenate(begin), np.concatenate(end)
+
+
+def crossed(nodes: Floats, moved: Floats, points: Ints, edges: Ints) -> tuple[int, list[int]] | None:
+    """A node of ``points`` (p,) that goes through one of the ``edges`` (f, 2), and that edge, by numbers of nodes.
+
+    All ``nodes`` (a, 2) go straight to where they have ``moved`` (a, 2). What goes from the outer side of an edge, which
+    runs anticlockwise, to the inner, and is deeper in the end than :data:`DEPTH` of its length, went through it.
+    """
+    x, (a, b) = nodes[points][:, None], nodes[edges].swapaxes(0, 1)
+    dx, (da, db) = (moved - nodes)[points][:, None], (moved - nodes)[edges].swapaxes(0, 1)
+    # Twice the area between edge and node is quadratic in time.
+    e, de, d, dd = b - a, db - da, x - a, dx - da
+    area, slope, bend = cross(e, d), cross(de, d) + cross(e, dd), cross(de, dd)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        root = np.sqrt(slope**2 - 4 * area * bend)
+        times = np.stack([2 * area / (-slope + root), 2 * area / (-slope - root)])
+    best = np.where((times >= 0) & (times <= 1), times, np.inf).min(axis=0)
+    through = (area < 0) & (area + slope + bend > 0) & np.isfinite(best)
+    if not through.any():
+        return None
+    p, f = np.nonzero(through)
+    t = best[p, f][:, None]
+    along, away = (e + 0)[f] + t * de[f], d[p, f] + t * dd[p, f]
+    place = np.vecdot(along, away) / np.vecdot(along, along)
+    ended = (e + de)[f]
+    depth = (area + slope + bend)[p, f] / norm(ended)
+    wrong = np.flatnonzero((place >= 0) & (place <= 1) & (depth > DEPTH * norm(ended)))
+    return (int(points[p[wrong[0]]]), edges[f[wrong[0]]].tolist()) if wrong.size else None
 
 
 def _on(edges: Floats, s: Floats) -> Floats:
@@ -87,14 +157,12 @@ def _on(edges: Floats, s: Floats) -> Floats:
 class Facing:
     """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, 2).
 
-    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. ``depth`` is the largest
-    penetration.
+    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node.
     """
 
     weights: sp.csr_matrix
     normal: Floats
     apart: Ints
-    depth: float
 
 
 @dataclass(frozen=True)
@@ -111,7 +179,7 @@ class Sides:
 
     @staticmethod
     def of(nodes: Floats, one: Ints, other: Ints) -> Sides:
-        """With one point a node, or two where the boundary at the places ``nodes`` (a, 2) turns by more than 60 degrees.
+        """With one point a node, or two where the boundary at ``nodes`` (a, 2) turns by more than 60 degrees.
 
         So it does at the corner of a body, of which one side may touch and the other be far off.
         """
@@ -161,4 +229,4 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     alone = np.zeros((count, 2))
     np.add.at(alone, sides.point.ravel(), -np.repeat(outward(ends), 2, axis=0))
     normal[apart] = alone[apart]
-    return Facing(weights, unit(normal), apart, max(0.0, -float(found.gap.min(initial=0.0))))
+    return Facing(weights, unit(normal), apart)
