@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.deformable import AnyTool
+from bipot.tools.tool import FlatTool
 
 
 def flat_tools(scene: Scene) -> tuple[FlatTool, ...]:

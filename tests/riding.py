@@ -14,9 +14,10 @@ from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.system import system_of
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
-from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
+from bipot.tools.tool import FlatTool, ShapedTool
 
 HARD = VonMises(Elasticity(1e3, 0.0), Linear(1e4, 1.0))
 """Never yields here."""

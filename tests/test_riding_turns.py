@@ -14,9 +14,10 @@ from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Turn
 from bipot.tools.revolved import roll, sphere
-from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
+from bipot.tools.tool import FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
 from studies.fuzz.solid import measured as measured_in_space
 from tests.riding import ALONG, ANGLE, MU, plate, slab, taken, turned

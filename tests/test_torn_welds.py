@@ -24,9 +24,10 @@ from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tensors import norm
 from bipot.tools.circle import Circle
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Force, Moment, Turn
 from bipot.tools.surfaces import Plane
-from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
+from bipot.tools.tool import FlatTool, ShapedTool
 
 SOFT, CORNER = Elastic(Elasticity(1.0, 0.3)), (0.0, 1.0)
 

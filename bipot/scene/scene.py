@@ -36,9 +36,9 @@ from bipot.scene.paces import Moved, Paces, paces_of
 from bipot.scene.regions import checked, parts_of
 from bipot.scene.supports import Prescribed, Support
 from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
-from bipot.tools.deformable import DeformableTool
+from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.poses import pose_size
-from bipot.tools.tool import AnyTool, Tool
+from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, FrozenMap, Ints
 
 IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
@@ -67,7 +67,7 @@ class Scene:
     geometry: Geometry
     material: Material
     supports: tuple[Support, ...]
-    tools: tuple[AnyTool | DeformableTool, ...] = ()
+    tools: tuple[AnyTool, ...] = ()
     quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()

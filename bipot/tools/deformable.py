@@ -14,7 +14,7 @@ import numpy as np
 
 from bipot.errors import require, require_tuple
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
-from bipot.tools.tool import STRAIGHT_ON, Sampling, Tool
+from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
 from bipot.typing import Bools, Floats, FrozenMap, Vector
 
 
@@ -69,7 +69,7 @@ class Unbounded(Surface):
 class Faced(Unbounded):
     """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d).
 
-    ``normals`` n (m, d) are those of the points, and ``places`` (m,) the size of the numbers of which z are differences.
+    ``normals`` n (m, d) are those of the points, ``places`` (m,) the size of the numbers of which z are differences.
     """
 
     normals: Floats
@@ -141,3 +141,7 @@ class DeformableTool(Tool):
     def before(self, faced: Faced) -> DeformableTool:
         """The same as its candidates meet it."""
         return replace(self, met=faced)
+
+
+AnyTool = FlatTool | ShapedTool | DeformableTool
+"""All kinds of tools."""

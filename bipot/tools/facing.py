@@ -123,8 +123,8 @@ class Heights(NamedTuple):
 def crossed(nodes: Floats, moved: Floats, points: Ints, edges: Ints) -> tuple[int, list[int]] | None:
     """A node of ``points`` (p,) that goes through one of the ``edges`` (f, 2), and that edge, by numbers of nodes.
 
-    All ``nodes`` (a, 2) go straight to where they have ``moved`` (a, 2). What goes from the outer side of an edge, which
-    runs anticlockwise, to the inner, and is deeper in the end than :data:`DEPTH` of its length, went through it.
+    All ``nodes`` (a, 2) go straight to where they have ``moved`` (a, 2). Edges run anticlockwise. What goes from the
+    outer side of one to the inner, and is deeper in the end than :data:`DEPTH` of its length, went through it.
     """
     x, (a, b) = nodes[points][:, None], nodes[edges].swapaxes(0, 1)
     dx, (da, db) = (moved - nodes)[points][:, None], (moved - nodes)[edges].swapaxes(0, 1)

@@ -268,7 +268,3 @@ class ShapedTool(Tool):
     def face(self) -> Surface:
         """The surface at rest."""
         return self.surface
-
-
-AnyTool = FlatTool | ShapedTool
-"""All kinds of rigid tools."""

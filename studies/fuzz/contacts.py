@@ -10,7 +10,8 @@ import numpy as np
 from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.state import State
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.deformable import AnyTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.placed import (
     gone,
@@ -44,7 +45,7 @@ def rigid(scene: Scene, number: int, start: State, end: State) -> Rigid | None:
     centre = np.zeros(2) if tool.turn is None else np.array(tool.turn.centre)
     begun, ended = poses(scene, start)[number], poses(scene, end)[number]
     by_moment = float(turned_by_moments(scene, end.translated)[number])
-    return Rigid(outlines(tool.surface), centre, begun, ended, gone(scene, start, end)[number], by_moment)
+    return Rigid(outlines(tool.face), centre, begun, ended, gone(scene, start, end)[number], by_moment)
 
 
 def shaped(scene: Scene, start: State, end: State) -> tuple[Rigid, ...]:

@@ -12,8 +12,9 @@ from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Force
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.flat import axis_of, flat_tools
 from studies.fuzz.meshes import Rng

@@ -17,7 +17,8 @@ from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
 from bipot.state import State
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.deformable import AnyTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Bools, Floats, einsum
 from studies.flat import axis_of
 from studies.fuzz.surfaces import cut, outlines

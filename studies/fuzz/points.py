@@ -10,7 +10,8 @@ import numpy as np
 from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
-from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
+from bipot.tools.deformable import AnyTool
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz.meshes import Rng
@@ -114,7 +115,7 @@ def _normals(scene: Scene, setting: Setting) -> Floats:
         if isinstance(tool, FlatTool):
             out[k] = tool.normal
             continue
-        found = [outline.near(setting.rest) for outline in outlines(tool.surface)]
+        found = [outline.near(setting.rest) for outline in outlines(tool.face)]
         nearest = np.argmin([near.gap for near in found], axis=0)
         out[k] = np.stack([near.normal for near in found])[nearest, np.arange(len(nearest))]
         for d, position in planes(scene):

@@ -19,10 +19,11 @@ from bipot.paths import Amplitude
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.circle import Circle
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Turn
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.surfaces import Plane, Surface
-from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from bipot.typing import Floats, Ints
 from studies.fuzz.led import aslant, led
 from studies.fuzz.meshes import Rng

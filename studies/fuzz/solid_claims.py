@@ -10,7 +10,8 @@ from bipot.fem.strain import Configuration
 from bipot.marching import system_of
 from bipot.scene.scene import Scene
 from bipot.state import State
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.deformable import AnyTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats, einsum
 from studies.fuzz.claims import Claim, tried, unmet
 from studies.fuzz.metals import yield_stress_of

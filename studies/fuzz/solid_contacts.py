@@ -10,8 +10,8 @@ from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.state import State
+from bipot.tools.deformable import AnyTool
 from bipot.tools.surfaces import Plane
-from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints, Vector, einsum
 from studies.fuzz.metals import yield_stress_of
 from studies.fuzz.solid_held import prescribed_at, whole_size

@@ -11,7 +11,7 @@ from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
 from bipot.state import State
-from bipot.tools.tool import AnyTool
+from bipot.tools.deformable import AnyTool
 from bipot.typing import Bools, Floats, einsum
 from studies.fuzz.placed import Drive, driven_by
 from studies.fuzz.solid_held import asked, direction_of, freed, multiple, planes_of, prescribed_at

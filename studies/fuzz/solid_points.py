@@ -9,7 +9,8 @@ import numpy as np
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
-from bipot.tools.tool import AnyTool, FlatTool, Sampling
+from bipot.tools.deformable import AnyTool
+from bipot.tools.tool import FlatTool, Sampling
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.meshes import Rng
 from studies.fuzz.solid_held import planes_of

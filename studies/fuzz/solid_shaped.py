@@ -14,8 +14,9 @@ import numpy as np
 
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Turn
-from bipot.tools.tool import AnyTool, FlatTool, ShapedTool
+from bipot.tools.tool import FlatTool, ShapedTool
 from bipot.typing import Floats
 from studies.flat import flat
 from studies.fuzz.meshes import Rng

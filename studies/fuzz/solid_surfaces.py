@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from bipot.tools.deformable import AnyTool
 from bipot.tools.profiles import Union
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Plane, Surface
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.surfaces import outlines
 from studies.independent.revolved import Face, HalfSpace, Round, nearest

@@ -9,11 +9,12 @@ import numpy as np
 from bipot.paths import Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Prescribed, Support
+from bipot.tools.deformable import AnyTool
 from bipot.tools.poses import Force, Turn
 from bipot.tools.profiles import Union
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Plane, Surface
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats, Vector
 from studies.fuzz.solid_held import direction_of
 from studies.fuzz.surfaces import Seen
@@ -67,7 +68,7 @@ class Turned:
             point, normal = self.place(tool.point), _unit(self.way(tool.normal))
             return replace(tool, point=point, normal=normal, travel=travel, path=path, driven_by=push)
         turn = None if tool.turn is None else self._turn(tool.turn, force)
-        return replace(tool, surface=self.surface(tool.surface), travel=travel, path=path, driven_by=push, turn=turn)
+        return replace(tool, surface=self.face(tool.surface), travel=travel, path=path, driven_by=push, turn=turn)
 
     def _turn(self, turn: Turn, force: float) -> Turn:
         """A turn, which in a mirror is the other way about the image of its axis."""

@@ -9,9 +9,10 @@ import numpy as np
 
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.circle import Circle
+from bipot.tools.deformable import AnyTool
 from bipot.tools.profiles import Profile, Union
 from bipot.tools.surfaces import Plane, Surface
-from bipot.tools.tool import AnyTool, FlatTool
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.independent.chains import chain, disc, half_plane
 from studies.independent.outline import Outline
@@ -93,7 +94,7 @@ class Seen:
             if moment is not None:
                 moment = replace(moment, value=self.turns * moment.value * force * self.length + 0.0)
             turn = replace(turn, angle=self.turns * turn.angle + 0.0, centre=self.point(turn.centre), driven_by=moment)
-        return replace(tool, surface=self.surface(tool.surface), **path, turn=turn, driven_by=push)
+        return replace(tool, surface=self.face(tool.surface), **path, turn=turn, driven_by=push)
 
     def _path(self, tool: AnyTool) -> dict[str, Any]:
         """Travel and path: turned, multiples of each component of the travel are those of others."""
@@ -148,7 +149,7 @@ def cut(tool: AnyTool, direction: int, position: float) -> bool:
     """Whether the tool is its own mirror image in the plane x_direction = position: its own outlines say so."""
     if isinstance(tool, FlatTool):
         return abs(tool.normal[direction]) < FLAT
-    own = outlines(tool.surface)
+    own = outlines(tool.face)
     size = max(outline.extent for outline in own)
     angle = np.linspace(0.0, 2 * np.pi, ROUND, endpoint=False)
     middle = np.where(np.arange(2) == direction, position, own[0].centroid)

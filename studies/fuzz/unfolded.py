@@ -13,7 +13,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
-from bipot.tools.tool import AnyTool
+from bipot.tools.deformable import AnyTool
 from bipot.typing import Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz.surfaces import Seen, cut, pair
