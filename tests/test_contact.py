@@ -7,9 +7,8 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.contact.candidates import REACH
 from bipot.contact.chosen import candidates
-from bipot.contact.closeness import LEAST_MOTION, NEAR, TOUCHES, carries, near_tools, touches
+from bipot.contact.closeness import LEAST_MOTION, NEAR, REACH, TOUCHES, carries, near_tools, touches
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits

@@ -23,6 +23,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.contact.closeness import NEXT_TO, REACH, ROUND_OFF
 from bipot.contact.coupling import Pairs, entries_of, pairs_of
 from bipot.contact.means import Means, Operators, without_zeros
 from bipot.contact.mobility import along_what_is_held, movable, shares
@@ -36,14 +37,6 @@ from bipot.tools.parts import Parts
 from bipot.tools.slips import framed
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints, einsum
-
-ROUND_OFF = 8 * float(np.finfo(float).eps)
-
-REACH = 10.0
-"""A tool farther from the body than this many sizes of the whole body is out of reach."""
-
-NEXT_TO = 0.1
-"""A tool is felt in an increment if it comes nearer than this part of what the body's nodes move."""
 
 
 @dataclass(frozen=True)

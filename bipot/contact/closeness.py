@@ -21,6 +21,15 @@ from bipot.programs.data import ContactRows
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+"""Relative round-off of a component of a motion."""
+
+REACH = 10.0
+"""A tool farther from the body than this many sizes of the whole body is out of reach."""
+
+NEXT_TO = 0.1
+"""A tool is felt in an increment if it comes nearer than this part of what the body's nodes move."""
+
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size counts as none: it is round-off of the geometry."""
 

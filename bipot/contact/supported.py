@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.contact.candidates import ROUND_OFF, Candidates
-from bipot.contact.closeness import TOUCHES, touches
+from bipot.contact.candidates import Candidates
+from bipot.contact.closeness import ROUND_OFF, TOUCHES, touches
 from bipot.tensors import norm, unit
 from bipot.tools.surfaces import across
 from bipot.tools.tool import Tool

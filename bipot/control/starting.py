@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.contact.candidates import ROUND_OFF
+from bipot.contact.closeness import ROUND_OFF
 from bipot.control.course import SHORTEST, Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import Space, element_force

@@ -68,7 +68,7 @@ class Turned:
             point, normal = self.place(tool.point), _unit(self.way(tool.normal))
             return replace(tool, point=point, normal=normal, travel=travel, path=path, driven_by=push)
         turn = None if tool.turn is None else self._turn(tool.turn, force)
-        return replace(tool, surface=self.face(tool.surface), travel=travel, path=path, driven_by=push, turn=turn)
+        return replace(tool, surface=self.surface(tool.face), travel=travel, path=path, driven_by=push, turn=turn)
 
     def _turn(self, turn: Turn, force: float) -> Turn:
         """A turn, which in a mirror is the other way about the image of its axis."""

@@ -94,7 +94,7 @@ class Seen:
             if moment is not None:
                 moment = replace(moment, value=self.turns * moment.value * force * self.length + 0.0)
             turn = replace(turn, angle=self.turns * turn.angle + 0.0, centre=self.point(turn.centre), driven_by=moment)
-        return replace(tool, surface=self.face(tool.surface), **path, turn=turn, driven_by=push)
+        return replace(tool, surface=self.surface(tool.face), **path, turn=turn, driven_by=push)
 
     def _path(self, tool: AnyTool) -> dict[str, Any]:
         """Travel and path: turned, multiples of each component of the travel are those of others."""
