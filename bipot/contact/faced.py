@@ -35,5 +35,5 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
         normal[there] = across(normal[there], plane.normal)
     normal, apart, far = unit(normal), np.zeros(len(x)), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
-    faced = Faced(normal, np.abs(nodes[at]).max(axis=1), apart)
+    faced = Faced((), normal, np.abs(nodes[at]).max(axis=1), apart)
     return Points(at, found.weights, sides.point, sides.one, faced)

@@ -223,7 +223,9 @@ def _imbalance(start: State, system: System, nodes: Floats) -> tuple[float, floa
     """How far stress and contact forces of a start are off balance on ``nodes`` (a, d), and their scale there."""
     space, scene = system.body.space, system.body.scene
     forces = element_force(space.gradients(nodes), start.stress)
-    pushed = system.candidates.load(start.forces, start.nodes, scene.placed(start.tau, start.translation))
+    pushed = system.facing(start.nodes).candidates.load(
+        start.forces, start.nodes, scene.placed(start.tau, start.translation)
+    )
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
     # Loads that are on at tau = 0 come in the first increment: a start there carries them already, or not yet.
     carried = [loads] if start.tau > 0 else [loads, np.zeros_like(loads)]

@@ -67,8 +67,6 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     allowed = "of linear elements in a plane, with a deformable tool: Q4 or T3"
     require(mesh.dimension == 2 and not mesh.element.quadratic, "scene.mesh", mesh.element.name, allowed)
     for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
-        for one in names:
-            mesh.boundary(one, f"{label}.{name}")
         inner = mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")
     node = mesh.boundary_nodes(*tool.candidates)

@@ -82,10 +82,10 @@ class Scene:
         except InvertedElement as inverted:
             ordered = "anticlockwise, keep r > 0" if self.mesh.dimension == 2 else IN_SPACE
             raise SceneError(f"mesh: {inverted}: number nodes {ordered}") from inverted
+        require_held_parts(self.mesh, self.geometry, self.holding, self.tools)
         self.itself.require_apart()
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
-        require_held_parts(self.mesh, self.geometry, self.holding, self.tools)
         self._check_axis()
         held = Held(self.mesh, self.geometry, self.holding.numbers, self.holding.axes)
         held.require_strained(self.rule, self.volume_change)
@@ -126,8 +126,11 @@ class Scene:
 
     def _check_boundaries(self) -> None:
         for k, tool in enumerate(self.tools):
-            for name in tool.candidates:
-                self.mesh.boundary(name, f"tools[{k}].candidates")
+            for field, names in tool.on_mesh.items():
+                for name in names:
+                    self.mesh.boundary(name, f"tools[{k}].{field}")
+        tools = (tool.of(self.mesh) if isinstance(tool, DeformableTool) else tool for tool in self.tools)
+        object.__setattr__(self, "tools", tuple(tools))
         for parts, given in (("supports", self.supports), ("loads", self.loads)):
             for k, part in enumerate(given):
                 if isinstance(part, Support | Traction | Pressure):

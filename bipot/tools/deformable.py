@@ -13,14 +13,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bipot.errors import require, require_tuple
+from bipot.meshes.mesh import Mesh
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
 from bipot.typing import Bools, Floats, FrozenMap, Vector
 
 
-@dataclass(frozen=True)
-class Unbounded(Surface):
-    """What points meet that are no candidates: nothing."""
+@dataclass(frozen=True, eq=False)
+class Nowhere(Surface):
+    """What points meet that are no candidates: nothing. The ``sides`` are nodes (n, d) at rest of either side."""
+
+    sides: tuple[Floats, ...]
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`: out of reach."""
@@ -49,8 +52,8 @@ class Unbounded(Surface):
         return Tips(np.empty((0, 2)), np.empty(0), np.inf)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
-        """As :meth:`Surface.mirrored`: always, as planes of symmetry mirror both sides of the contact."""
-        return True
+        """As :meth:`Surface.mirrored`: where both sides of the contact have nodes in the plane."""
+        return all((np.abs(x @ np.array(normal) - position) <= roundoff).any() for x in self.sides)
 
     def image(self, normal: Vector, position: float) -> Surface:
         """As :meth:`Surface.image`."""
@@ -58,7 +61,7 @@ class Unbounded(Surface):
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
-        return other == self
+        return other is self
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
         """As :meth:`Surface.lines`: none, as it is drawn with the body."""
@@ -66,7 +69,7 @@ class Unbounded(Surface):
 
 
 @dataclass(frozen=True, eq=False)
-class Faced(Unbounded):
+class Faced(Nowhere):
     """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d).
 
     ``normals`` n (m, d) are those of the points, ``places`` (m,) the size of the numbers of which z are differences.
@@ -112,7 +115,7 @@ class DeformableTool(Tool):
     candidates: tuple[str, ...]
     mu: float
     mu_at: Mapping[int, float] = field(default_factory=dict)
-    met: Surface = field(default=Unbounded(), repr=False, compare=False)
+    met: Surface = field(default=Nowhere((np.empty((0, 2)),)), repr=False, compare=False)
 
     travel = (0.0, 0.0)
     path = STRAIGHT_ON
@@ -129,6 +132,11 @@ class DeformableTool(Tool):
         require(not both, "tool.candidates", both, "other boundaries than those of the surface")
 
     @property
+    def on_mesh(self) -> dict[str, tuple[str, ...]]:
+        """Those of both sides."""
+        return {"surface": self.surface, "candidates": self.candidates}
+
+    @property
     def face(self) -> Surface:  # type: ignore[override]
         """What its candidates, or all other points, meet."""
         return self.met
@@ -137,6 +145,10 @@ class DeformableTool(Tool):
     def flat(self) -> bool:
         """Always: normals are those of a configuration, and constant in an increment."""
         return True
+
+    def of(self, mesh: Mesh) -> DeformableTool:
+        """The same as one of a body with this ``mesh``."""
+        return replace(self, met=Nowhere(tuple(mesh.nodes[mesh.boundary_nodes(*of)] for of in self.on_mesh.values())))
 
     def before(self, faced: Faced) -> DeformableTool:
         """The same as its candidates meet it."""

@@ -68,6 +68,11 @@ class Tool:
         raise NotImplementedError
 
     @property
+    def on_mesh(self) -> dict[str, tuple[str, ...]]:
+        """The boundaries of the mesh that it names, by field."""
+        return {"candidates": self.candidates}
+
+    @property
     def flat(self) -> bool:
         """Whether the normal is the same everywhere and constant."""
         return isinstance(self.face, Plane) and self.turn is None

@@ -1,0 +1,61 @@
+"""Scenes with deformable tools."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bipot import (
+    DeformableTool,
+    Elastic,
+    Elasticity,
+    Geometry,
+    Linear,
+    Prescribed,
+    Scene,
+    Support,
+    Symmetry,
+    VonMises,
+    block,
+    cylinder,
+    together,
+)
+
+STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 1000.0))
+ELASTIC = Elastic(Elasticity(210e3, 0.3))
+
+
+def shifted(mesh, *by):
+    """The mesh moved by a vector."""
+    return replace(mesh, nodes=mesh.nodes + np.array(by))
+
+
+def stack(lower=3, upper=5, press=-0.01, mu=0.0, turn=0.0, material=ELASTIC):
+    """Two blocks on each other, of so many elements a side, turned by the angle ``turn``."""
+    mesh = together({"low": block(1.0, 1.0, lower, 2), "up": shifted(block(1.0, 1.0, upper, 2), 0.0, 1.0)})
+    c, s = np.cos(turn), np.sin(turn)
+    mesh = replace(mesh, nodes=mesh.nodes @ np.array([[c, s], [-s, c]]))
+    along, across = (c, s), (-s, c)
+    supports = (
+        Support("low/base", across),
+        Support("low/left", along),
+        Support("up/left", along),
+        Prescribed("up/top", across, press),
+    )
+    return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, (DeformableTool(("low/top",), ("up/base",), mu),))
+
+
+def pressed(mu=0.2, geometry=Geometry.AXISYMMETRIC, press=0.6, punch=ELASTIC, elements=4):
+    """A billet beneath a wider punch, onto which its side may fold; the punch is held at its top."""
+    ring = geometry is Geometry.AXISYMMETRIC
+    make, axis, side = (cylinder, "axis", "side") if ring else (block, "left", "right")
+    billet, above = make(5.0, 5.0, elements, elements), shifted(make(7.0, 3.0, elements + 1, 2), 0.0, 5.0)
+    mesh = together({"billet": billet, "punch": above})
+    held = Support if ring else Symmetry
+    supports = (
+        Symmetry("billet/base", 1),
+        held("billet/" + axis, 0),
+        held("punch/" + axis, 0),
+        Prescribed("punch/top", 1, -press),
+    )
+    tool = DeformableTool(("punch/base",), ("billet/top", f"billet/{side}"), mu)
+    return Scene(mesh, geometry, STEEL, supports, (tool,), regions={"punch": punch})
