@@ -18,6 +18,7 @@ class Subject(Enum):
     UPSETTING = "Upsetting"
     LIMITS = "Limit loads"
     ELASTIC_CONTACT = "Elastic contact with friction"
+    TWO_BODIES = "Two deformable bodies"
     DISCRETE = "Discrete Coulomb problems"
     MATERIAL = "Bodies without contact"
     TOOLS = "Curved tools"
