@@ -51,8 +51,7 @@ CASE = Case(
         "strain, Q8, no friction. In a half-plane the approach has no limit, so the references are those for the "
         "computed force F per length: a^2 = 4 F R/(pi E*), p0^2 = F E*/(pi R), and the approach to the point d = 10 "
         "a below on the axis, F (2 ln(2 d/a) - nu/(1 - nu))/(pi E*). Half-width and largest pressure are measured as"
-        " in `hertz_sphere`. The problem of two bodies, NAFEMS R0094-1, needs contact between bodies, which is not "
-        "available."
+        " in `hertz_sphere`. The problem of two bodies, NAFEMS R0094-1, is `hertz_two_bodies`."
     ),
     asked=tuple(Asked(f"{name} over its closed form", 1.0, 0.01) for name in ("a", "p0", "approach")),
     counted="equal elements to 1.3 a",
