@@ -92,7 +92,7 @@ def borne(accepted: Accepted) -> Borne:
     one, other = (np.concatenate([mesh.surface(name)[0] for name in names]) for names in sides)
     found = pieces(nodes[one], nodes[other], system.body.scene.ring)
     psi = np.stack([1 - found.xi, found.xi], axis=-1)
-    share = np.einsum("sg,sgp->sp", found.weight, psi)
+    share = np.einsum("sg,sgp->sp", found.weight, psi) * (2 * np.pi if system.body.scene.ring else 1.0)
     area = np.zeros(len(nodes))
     np.add.at(area, one[found.one], share)
     order = np.argsort(nodes[node, 0])
