@@ -21,6 +21,8 @@ CASES = {case.name: case for case in all_cases()}
 
 LONG = {
     "bar_drawing",
+    "cattaneo_mindlin",
+    "curved_beams",
     "hardness",
     "hertz_cylinder",
     "hertz_sphere",
