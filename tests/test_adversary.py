@@ -80,8 +80,12 @@ def test_a_mesh_of_several_parts_is_refused(shift):
         np.vstack([one.elements, one.elements + len(one.nodes)]),
     )
     _, first, which = np.unique(nodes, axis=0, return_index=True, return_inverse=True)
-    with pytest.raises(SceneError, match="one body: element 4 shares no edge"):
-        Mesh(nodes[first], which.ravel()[elements])
+    edges = {"base": one.boundary("base")}
+    mesh = Mesh(nodes[first], which.ravel()[elements], {name: which.ravel()[of] for name, of in edges.items()})
+    with pytest.raises(
+        SceneError, match="in parts.*one body, or parts that deformable tools join: element 4 shares no"
+    ):
+        Scene(mesh, Geometry.PLANE_STRAIN, STEEL, (Support("base", 0), Support("base", 1)))
 
 
 @pytest.mark.parametrize("geometry", [Geometry.AXISYMMETRIC])

@@ -231,7 +231,7 @@ def test_what_one_form_refuses_says_more_than_that_the_next_one_does_not_converg
     def tried(increment, form, *rest):
         raise Refused("no answer", "Do it.") if form.name is FormName.NEWTON else NotConverged("cycles")
 
-    monkeypatch.setattr(attempting, "solve_increment", tried)
+    monkeypatch.setattr(attempting, "solve_facing", tried)
     scene = upsetting(mu=0.0, reduction=0.01, elements=1)
     with pytest.raises(IncrementFailed, match=r"failed \(newton: no answer\)\. Do it\."):
         next(march(scene, Schedule(1), Control(Newton(), (Tangent(),), cuts=0)))

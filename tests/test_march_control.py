@@ -197,7 +197,7 @@ def tried_in_turn(failure, monkeypatch, lengths=None):
     """
     monkeypatch.setattr(pacing.Pacer, "length", lambda _pacer, _system, state, _proposed, target: target - state.tau)
     monkeypatch.setattr(pacing.Pacer, "refuses", lambda _pacer, _estimate: False)
-    asked, solve = list[tuple[FormName, float]](), attempting.solve_increment
+    asked, solve = list[tuple[FormName, float]](), attempting.solve_facing
 
     def tried(increment, form, *rest):
         length = increment.tau - increment.start.tau
@@ -206,7 +206,7 @@ def tried_in_turn(failure, monkeypatch, lengths=None):
             raise failure
         return solve(increment, form, *rest)
 
-    monkeypatch.setattr(attempting, "solve_increment", tried)
+    monkeypatch.setattr(attempting, "solve_facing", tried)
     return asked
 
 
@@ -286,7 +286,7 @@ def test_an_increment_that_never_succeeds_ends_where_a_pseudo_time_has_no_more_d
         assert len(ends) < 120
         raise NotConverged("never")
 
-    monkeypatch.setattr(attempting, "solve_increment", fails)
+    monkeypatch.setattr(attempting, "solve_facing", fails)
     with pytest.raises(IncrementFailed, match="never"):
         next(march(scene, schedule, Control(DIRECT, (), cuts=50), replace(begun, size=1e-7, uncut=1e-7)))
     tried = list(dict.fromkeys(ends))

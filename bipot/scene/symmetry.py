@@ -281,13 +281,12 @@ def own_share(planes: Sequence[Mirror], points: Floats) -> Floats:
 def whole_force(planes: Sequence[Mirror], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
-        Around an axis the vectors of radial components sum to zero.
+    Around an axis the vectors of radial components sum to zero.
 
-        >>> from bipot.tools.deformable import DeformableTool
-    from bipot.tools.tool import FlatTool
-        >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
-        >>> whole_force((Mirror((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
-        array([  0., -14.])
+    >>> from bipot.tools.tool import FlatTool
+    >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
+    >>> whole_force((Mirror((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
+    array([  0., -14.])
     """
     out = np.array(force, dtype=np.float64)
     for plane in planes:
