@@ -229,6 +229,12 @@ class Advance:
         own = np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools])[contacts.tool]
         return np.where(own, contacts.distance(self.start.nodes, self.placed), self.start.gap)
 
+    @cached_property
+    def opening(self) -> Floats:
+        """Gaps (c,) of the start, from which gaps open: of :attr:`begun` where only one end faces a deformable tool."""
+        faces = np.abs(self.begun - self.start.gap) <= self.candidates.scene.mesh.size
+        return np.where(faces, self.start.gap, self.begun)
+
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""
         if not self.candidates.curved:

@@ -127,7 +127,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     increment, motion = solved.iterate.increment, solved.iterate.motion
     contacts = increment.system.candidates
     pushed, travel = _pushed(start, solved, r, theta), solved.iterate.tool_travel
-    opened = motion[:, 0] - start.gap
+    opened = motion[:, 0] - increment.tools.opening
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
     taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], solved.iterate.slipped)
@@ -215,7 +215,7 @@ def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
     It is one where no gap opens or closes, and where there is a force neither at the start nor at the end.
     """
     contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.size
-    begun, ended = start.gap, iterate.motion[:, 0]
+    begun, ended = iterate.increment.tools.opening, iterate.motion[:, 0]
     left = iterate.increment.tools.left(iterate.advance)
     air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
     aloft, out = (air > 0) & (start.forces.any(axis=1) | r.any(axis=1)), np.ones(len(air))

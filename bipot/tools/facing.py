@@ -21,7 +21,7 @@ import scipy.sparse as sp
 
 from bipot.tensors import norm, unit
 from bipot.tools.plane import cross
-from bipot.typing import Floats, Ints
+from bipot.typing import Bools, Floats, Ints
 
 FACES = -0.1
 """Largest product of the outward normals of two edges that face each other."""
@@ -64,7 +64,7 @@ def pieces(one: Floats, other: Floats, ring: bool) -> Pieces:
     """The pieces of edges ``one`` (f, 2, 2) and ``other`` (g, 2, 2) that face each other; ``ring`` of a meridian.
 
     Of several that face the same place the nearest counts; a piece that is farther behind the edge than both edges are
-    long does not.
+    long does not, nor one behind the other side of a thin part.
     """
     out, length = outward(one), norm(one[:, 1] - one[:, 0])
     i, j = np.nonzero(out @ outward(other).T < FACES)
@@ -74,6 +74,9 @@ def pieces(one: Floats, other: Floats, ring: bool) -> Pieces:
     low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
     deepest = heights.min(axis=1) + length[i] + norm(other[j, 1] - other[j, 0])
     kept = np.flatnonzero((high > low) & (deepest > 0))
+    middle = ((low + high)[kept] / 2)[:, None]
+    depth = -(heights[kept, :1] + (middle - ends[kept, :1]) * (np.diff(heights[kept]) / np.diff(ends[kept])))[:, 0]
+    kept = kept[~_through(one, out, i[kept], _on(one[i[kept]], middle)[:, 0], depth)]
     shown, low, high = Heights(i[kept], low[kept], high[kept], ends[kept], heights[kept]).nearest()
     i, j, ends, heights = (of[kept][shown] for of in (i, j, ends, heights))
     xi = low[:, None] + (high - low)[:, None] * GAUSS
@@ -81,6 +84,24 @@ def pieces(one: Floats, other: Floats, ring: bool) -> Pieces:
     gap = heights[:, :1] + eta * (heights[:, 1:] - heights[:, :1])
     radius = _on(one[i], xi)[..., 0] if ring else np.ones_like(xi)
     return Pieces(i, j, xi, eta, gap, ((high - low) * length[i] / 2)[:, None] * radius)
+
+
+def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Bools:
+    """Whether others of the edges ``one`` (f, 2, 2) lie before the ``depth`` (s,) behind x (s, 2) on the edges i (s,).
+
+    The edges have the outward normals ``out`` (f, 2); others are those on the other side of the part.
+    """
+    hidden = np.zeros(len(i), dtype=bool)
+    deep = np.flatnonzero(depth > 0)
+    if not deep.size:
+        return hidden
+    inward, start, along = -out[i[deep], None], one[None, :, 0] - x[deep, None], one[None, :, 1] - one[None, :, 0]
+    side = cross(inward, along)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        far, place = cross(start, along) / side, cross(start, inward) / side
+    opposite = out[i[deep]] @ out.T < FACES
+    hidden[deep] = (opposite & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)).any(axis=1)
+    return hidden
 
 
 class Heights(NamedTuple):

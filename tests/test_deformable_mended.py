@@ -1,0 +1,55 @@
+"""Contact at deformable tools that slide off an end, and of thin parts whose whole outlines may touch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bipot import (
+    Control,
+    DeformableTool,
+    Elastic,
+    Elasticity,
+    Geometry,
+    Linear,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    Support,
+    VonMises,
+    block,
+    march,
+    together,
+)
+from bipot.meshes.mesh import Mesh
+
+STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 1000.0))
+SIDES = ("base", "right", "top", "left")
+
+
+def _stacked(height: float, low: tuple[int, int], up: tuple[int, int]) -> Mesh:
+    """Two blocks of unit width and this height, one on the other, with these numbers of elements."""
+    upper = block(1.0, height, *up)
+    raised = replace(upper, nodes=upper.nodes + np.array([0.0, height]))
+    return together({"low": block(1.0, height, *low), "up": raised})
+
+
+def test_points_that_slide_off_an_end_do_no_work_across_the_way_to_nothing() -> None:
+    held = Support("low/base", 1), Support("low/base", 0), Prescribed("up/top", 1, -0.02), Prescribed("up/top", 0, 0.3)
+    tools = (DeformableTool(("low/top",), ("up/base",), 0.3),)
+    scene = Scene(_stacked(1.0, (3, 2), (5, 2)), Geometry.PLANE_STRAIN, STEEL, held, tools)
+    *_, last = march(scene, Schedule(10), Control(Newton()))
+    assert abs(last.energies.energy_error) < 0.01
+
+
+def test_thin_parts_may_touch_with_their_whole_outlines() -> None:
+    mesh, elastic = _stacked(0.05, (4, 1), (5, 1)), Elastic(Elasticity(210e3, 0.3))
+    held = Support("low/base", 1), Support("low/base", 0), Prescribed("up/top", 1, -0.005), Support("up/left", 0)
+    forces = []
+    for low, up in ((("top",), ("base",)), (SIDES, SIDES)):
+        tool = DeformableTool(tuple(f"low/{side}" for side in low), tuple(f"up/{side}" for side in up), 0.2)
+        *_, last = march(Scene(mesh, Geometry.PLANE_STRAIN, elastic, held, (tool,)), Schedule(2), Control(Newton()))
+        forces.append(last.tool_forces[0])
+    np.testing.assert_allclose(*forces, rtol=1e-9)
