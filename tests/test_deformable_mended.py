@@ -53,3 +53,12 @@ def test_thin_parts_may_touch_with_their_whole_outlines() -> None:
         *_, last = march(Scene(mesh, Geometry.PLANE_STRAIN, elastic, held, (tool,)), Schedule(2), Control(Newton()))
         forces.append(last.tool_forces[0])
     np.testing.assert_allclose(*forces, rtol=1e-9)
+
+
+def test_a_march_goes_on_from_an_accepted_state_to_the_last_bit() -> None:
+    held = Support("low/base", 1), Support("low/base", 0), Prescribed("up/top", 1, -0.02), Prescribed("up/top", 0, 0.1)
+    tools = (DeformableTool(("low/top",), ("up/base",), 0.3),)
+    scene = Scene(_stacked(1.0, (3, 2), (5, 2)), Geometry.PLANE_STRAIN, STEEL, held, tools)
+    whole = list(march(scene, Schedule(4), Control(Newton())))
+    rest = list(march(scene, Schedule(4), Control(Newton()), whole[1].course))
+    np.testing.assert_array_equal(rest[-1].state.nodes, whole[-1].state.nodes)

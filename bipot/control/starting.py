@@ -149,7 +149,8 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     moved = max_abs(holding.axes.components(start.nodes - placed)[holding.held])
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
-    contacts, at = system.facing(start.nodes).candidates, (start.nodes, scene.placed(start.tau, start.translation))
+    system = system.facing(start.nodes)
+    contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
     # Gaps of a start have the round-off of motions, distances that of places, which is large for a large circle.
     off = np.abs(start.gap - contacts.distance(*at)) - ROUND_OFF * contacts.faces.places(
         contacts.met.places(at[0]), at[1]
