@@ -193,7 +193,9 @@ class Faces:
         """
         out, owner = np.zeros_like(x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, placed, advances, strict=True):
-            coming = np.flatnonzero(mine & apart[owner] & (not tool.flat))
+            if tool.flat:
+                continue
+            coming = np.flatnonzero(mine & apart[owner])
             way = Way(tool, x[coming], carried.only(coming), pose, advance)
             gaps = partial(self._gaps, tool, coming)
             out[coming] = way.gone(way.in_air(gaps, owner[coming]))
