@@ -5,19 +5,24 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bipot import (
+    Circle,
     Control,
     DeformableTool,
     Elastic,
     Elasticity,
+    Force,
     Geometry,
     Linear,
     Newton,
     Prescribed,
     Scene,
     Schedule,
+    ShapedTool,
     Support,
+    Turn,
     VonMises,
     block,
     march,
@@ -62,3 +67,19 @@ def test_a_march_goes_on_from_an_accepted_state_to_the_last_bit() -> None:
     whole = list(march(scene, Schedule(4), Control(Newton())))
     rest = list(march(scene, Schedule(4), Control(Newton()), whole[1].course))
     np.testing.assert_array_equal(rest[-1].state.nodes, whole[-1].state.nodes)
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_roll_presses_a_part_that_presses_another(driven: bool) -> None:
+    held = Support("low/base", 1), Support("low/base", 0), Support("up/left", 0), Prescribed("up/left", 1, -0.02)
+    between = DeformableTool(("low/top",), ("up/base",), 0.2)
+    roll = ShapedTool(Circle((0.5, 2.5), 0.5), (0.0, -0.05), ("up/top",), 0.3, turn=Turn(0.1, (0.5, 2.5)))
+    if driven:
+        roll = replace(roll, travel=(0.0, 0.0), driven_by=Force((0.0, -60.0)))
+    forces = []
+    for tools in ((between, roll), (roll, between)):
+        scene = Scene(_stacked(1.0, (3, 2), (5, 2)), Geometry.PLANE_STRAIN, STEEL, held, tools)
+        *_, last = march(scene, Schedule(4), Control(Newton()))
+        forces.append(last.tool_forces[np.argsort([tool is roll for tool in tools])])
+        np.testing.assert_allclose(last.reactions.sum(axis=0), -forces[-1][1], rtol=1e-6, atol=1e-4)
+    np.testing.assert_allclose(*forces, rtol=1e-5, atol=1e-4)

@@ -111,6 +111,11 @@ class Candidates:
         """The w parts as means of nodes: the candidates themselves, or their nodes one by one."""
         return self.means if self.parts.single else self.means.apart()
 
+    @property
+    def where(self) -> Ints:
+        """The node (w,) of each part: of a point at a deformable tool, a mean of several, that at which it is."""
+        return self.node if self.parts.single else self.met.nodes
+
     @cached_property
     def _reference(self) -> Floats:
         """The frames (c, d, d) at rest: at the nodes where points are, in the planes of symmetry that cut means."""
@@ -185,14 +190,14 @@ class Candidates:
         """The parts (b,) at curved tools, and where their matrices are added to those of elements."""
         shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
         parts = np.flatnonzero(shaped[self.tool[self.parts.owner]])
-        return parts, entries_of(self.scene.mesh, self.met.nodes[parts])
+        return parts, entries_of(self.scene.mesh, self.where[parts])
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) that involve the coordinates of curved tools that are driven.
 
         They are to be subtracted; in the order of the space they come after the entries of elements.
         """
-        return self.pairs.matrices(self.tool[self.parts.owner], self.met.nodes, meeting, self.parts.spread(r)).ravel()
+        return self.pairs.matrices(self.tool[self.parts.owner], self.where, meeting, self.parts.spread(r)).ravel()
 
     @cached_property
     def pairs(self) -> Pairs:
