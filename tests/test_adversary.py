@@ -82,9 +82,7 @@ def test_a_mesh_of_several_parts_is_refused(shift):
     _, first, which = np.unique(nodes, axis=0, return_index=True, return_inverse=True)
     edges = {"base": one.boundary("base")}
     mesh = Mesh(nodes[first], which.ravel()[elements], {name: which.ravel()[of] for name, of in edges.items()})
-    with pytest.raises(
-        SceneError, match="in parts.*one body, or parts that deformable tools join: element 4 shares no"
-    ):
+    with pytest.raises(SceneError, match="in parts"):
         Scene(mesh, Geometry.PLANE_STRAIN, STEEL, (Support("base", 0), Support("base", 1)))
 
 

@@ -11,8 +11,6 @@ t = (n_y, -n_x), in space two tangents. Dual to them are the contact *forces* (r
 the tangent is free and the tool has friction. The rows of flat tools are constant in an increment. Those of curved
 tools are linearised at the :class:`~bipot.tools.meeting.Meeting` of the iterate, and means average the rows of their
 nodes (:mod:`bipot.tools.parts`).
-
-:mod:`bipot.contact.closeness` defines what counts as closed.
 """
 
 from __future__ import annotations
@@ -143,19 +141,16 @@ class Candidates:
 
     def reached(self, gap: Floats) -> Bools:
         """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end of an increment if the body rests."""
-        near = self.owned & (gap <= REACH * self.scene.size)
-        return np.asarray(near.any(axis=1))
+        return np.asarray((self.owned & (gap <= REACH * self.scene.size)).any(axis=1))
 
     def felt(self, forces: Floats, gap: Floats, gone: float) -> Bools:
         """Which tools (k,) carry ``forces`` (c, d), or come to by their least ``gap`` (c,); nodes go up to ``gone``."""
-        near = self.owned & (forces.any(axis=1) | (gap <= NEXT_TO * gone))
-        return np.asarray(near.any(axis=1))
+        return np.asarray((self.owned & (forces.any(axis=1) | (gap <= NEXT_TO * gone))).any(axis=1))
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may reach the body; one out of :data:`REACH` sets no scale.
 
-        For a turning tool the displacement ``swept`` (w, d) at the nearest candidate is included. ``gap`` (c,) is that
-        at the end if the body rests.
+        Turns take the nearest candidate ``swept`` (w, d) farther; ``gap`` (c,) as of :meth:`reached`.
         """
         lengths, near = norm(travel), self.reached(gap)
         for k in np.flatnonzero(self.scene.turning & near).tolist():
@@ -214,7 +209,7 @@ class Candidates:
 
         Supports hold them along the tool's normal, and no force or moment drives the tool along it.
         """
-        nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
+        nodes = (self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools)
         return tuple(those[~movable(self.scene, k, those)[:, 0]] for k, those in enumerate(nodes))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
@@ -239,8 +234,8 @@ class Candidates:
     def linearised(self, closed: Bools, meeting: Meeting, x: Floats) -> ContactRows:
         """Operators of an increment that starts with some ``closed`` (c,), exact at x (n,) with its ``meeting``."""
         operators = self._matrices(meeting.frames, meeting.arm)
-        motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
-        return self._rows(closed, operators, motion)
+        gone = np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
+        return self._rows(closed, operators, meeting.motion - gone)
 
     def _rows(self, closed: Bools, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
         """Rows with the ``motion`` (c, d) at zero displacement."""
