@@ -287,3 +287,10 @@ def test_the_stress_that_draws_a_bar_is_between_its_bounds(run):
     found = run("bar_drawing", increments=20, elements=5, shear=(0.0, 0.1))
     assert np.log(1 / 0.7) < found[0.0] < 0.56059
     assert found[0.0] < found[0.1] < 0.63744
+
+
+def test_a_punch_that_gives_way_presses_a_little_less(run):
+    rows = run("elastic_punch", travel=0.5, elements=4)
+    (_, rigid, none), (_, hard, shallow), (_, soft, deep) = rows
+    assert none == 0 < shallow < deep
+    assert 0.99 * rigid < soft < hard < rigid

@@ -181,4 +181,7 @@ def _refuse_itself(iterate: Iterate) -> None:
     found = iterate.increment.system.body.scene.itself.through(iterate.nodes)
     if found is not None:
         said = f"the body goes through itself: {found}"
-        raise Refused(said, "End the path before: contact is known with tools alone.")
+        raise Refused(
+            said,
+            "End the path before: contact is known with tools alone, between parts with deformable ones.",
+        )

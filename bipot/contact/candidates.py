@@ -154,8 +154,7 @@ class Candidates:
         """
         lengths, near = norm(travel), self.reached(gap)
         for k in np.flatnonzero(self.scene.turning & near).tolist():
-            first = self.parts.first[self.owned[k]]
-            lengths[k] += norm(swept[first[np.argmin(gap[self.owned[k]])]])
+            lengths[k] += norm(swept[self.parts.first[self.owned[k]][np.argmin(gap[self.owned[k]])]])
         return float(lengths[near].max(initial=0.0))
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
@@ -210,7 +209,7 @@ class Candidates:
         Supports hold them along the tool's normal, and no force or moment drives the tool along it.
         """
         nodes = (self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools)
-        return tuple(those[~movable(self.scene, k, those)[:, 0]] for k, those in enumerate(nodes))
+        return tuple(own[~movable(self.scene, k, own)[:, 0]] for k, own in enumerate(nodes))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
         """Motion (c, d) of tools along their paths, in their frames, relative to the ``driven`` motion (w, d) of parts.
