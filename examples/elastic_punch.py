@@ -55,9 +55,9 @@ def main(mu: float = 0.1, travel: float = 1.0, elements: int = 8) -> list[tuple[
     return rows
 
 
-def draw(mu: float = 0.1, travel: float = 1.0) -> None:
-    """The equivalent stress in billet and punch."""
-    made = scene(mu, 210_000.0, travel)
+def draw(rows: list[tuple[str, float, float]]) -> None:
+    """The equivalent stress in billet and punch, both of steel, with the force of the ``rows``."""
+    made = scene(0.1, 210_000.0, 1.0)
     *_, last = bp.march(made, bp.Schedule(accuracy=1e-3))
     mises = last.mises.mean(axis=1)
     x = last.state.nodes[made.mesh.elements]
@@ -66,12 +66,11 @@ def draw(mu: float = 0.1, travel: float = 1.0) -> None:
     axes.add_collection(cells)
     axes.autoscale()
     axes.set_aspect("equal")
-    axes.set(xlabel="r [mm]", ylabel="z [mm]", title="equivalent stress, steel on steel")
+    axes.set(xlabel="r [mm]", ylabel="z [mm]", title=f"equivalent stress, steel on steel: {rows[-1][1]:.1f} kN")
     figure.colorbar(cells, label="MPa")
 
 
 # %%
 if __name__ == "__main__":
-    main()
-    draw()
+    draw(main())
     plt.show()
