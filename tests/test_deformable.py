@@ -220,6 +220,8 @@ def test_what_is_behind_another_edge_faces_nothing():
     np.add.at(length, found.other, found.weight.sum(axis=1))
     np.testing.assert_allclose(length, [0.3, 0.7])
     np.testing.assert_allclose(found.gap, np.where(found.other == 0, 0.1, 0.5)[:, None] * [1, 1])
+    inclined = pieces(one, np.array([[[0.0, -0.1], [1.0, 0.3]]]), False)
+    np.testing.assert_allclose(inclined.lowest, [-0.1])
 
 
 def test_other_units_and_places_change_nothing():
@@ -289,3 +291,11 @@ def test_what_does_not_fit_is_refused():
     state = last(stack()).state
     with pytest.raises(SceneError, match=r"zero|parts"):
         transferred(state, stack(), stack())
+
+
+def test_sides_that_sink_into_each_other_beside_their_means_are_refused():
+    """With the candidates on the wide coarse side, the corner of the other one sinks in as its means stay closed."""
+    scene = pressed(press=0.75)
+    swapped = DeformableTool(("billet/top", "billet/side"), ("punch/base",), 0.2)
+    with pytest.raises(IncrementFailed, match=r"overlap by .* make the finer side the candidates"):
+        list(march(replace(scene, tools=(swapped,)), FEW, NEWTON))

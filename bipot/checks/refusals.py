@@ -13,7 +13,7 @@ from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import crossed
+from bipot.tools.facing import crossed, deep
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs
@@ -110,7 +110,10 @@ def _refuse_crossed(iterate: Iterate) -> None:
 
 
 def _refuse_passed(iterate: Iterate) -> None:
-    """Refuse nodes on either side of a deformable tool that pass through the other side."""
+    """Refuse nodes on either side of a deformable tool that pass through the other side, and sides deep in each other.
+
+    The law is posed in means, beside which single places may overlap.
+    """
     scene, nodes = iterate.increment.system.body.scene, iterate.increment.start.nodes
     for k, tool in enumerate(scene.tools):
         if not isinstance(tool, DeformableTool):
@@ -121,6 +124,10 @@ def _refuse_passed(iterate: Iterate) -> None:
             if found is not None:
                 said = f"node {found[0]} goes through the edge of nodes {found[1]} at tools[{k}]"
                 raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
+            depth = deep(iterate.nodes, scene.mesh.around(*names), edges, scene.ring)
+            if depth > 0:
+                said = f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges"
+                raise Refused(said, "Refine the mesh there, or make the finer side the candidates.")
 
 
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:

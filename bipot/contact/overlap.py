@@ -42,15 +42,16 @@ HALVINGS = 52
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """Largest penetration of ``nodes`` (a, d), edges and faces into the tools, over the body size; 0 if none.
 
-    At deformable tools it is that at the points by which their means are integrated.
+    At deformable tools it is that along normals of either side.
 
     The tools are in the poses ``placed`` (k, p). All facets of their boundaries count, with open, closed or held nodes.
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
         if isinstance(tool, DeformableTool):
-            one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
-            deepest = max(deepest, -float(pieces(nodes[one], nodes[other], scene.ring).gap.min(initial=0.0)))
+            one, other = (nodes[scene.mesh.around(*names)] for names in (tool.candidates, tool.surface))
+            for sides in ((one, other), (other, one)):
+                deepest = max(deepest, -float(pieces(*sides, scene.ring).lowest.min(initial=0.0)))
             continue
         edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))

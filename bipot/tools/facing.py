@@ -33,7 +33,7 @@ LEAST = 1e-9
 """A point of which the part of its edges that faces the other boundary is no longer than this faces nothing."""
 
 DEPTH = 0.25
-"""Depth behind an edge, over its length, that a node in whose means there is no gap may have."""
+"""Depth behind an edge, over its length, that places may have at which means of gaps vanish."""
 
 GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0) / 2 + 0.5
 """Places in [0, 1] of a rule with equal weights, exact for cubic functions: of r psi_p N_k."""
@@ -52,6 +52,11 @@ class Pieces(NamedTuple):
     eta: Floats
     gap: Floats
     weight: Floats
+
+    @property
+    def lowest(self) -> Floats:
+        """The least gap (s,) of each piece, along which it is linear: at one of its ends."""
+        return self.gap.mean(axis=1) - np.sqrt(3.0) / 2 * np.abs(self.gap[:, 1] - self.gap[:, 0])
 
 
 def outward(edges: Floats) -> Floats:
@@ -167,6 +172,19 @@ def crossed(nodes: Floats, moved: Floats, points: Ints, edges: Ints) -> tuple[in
     depth = (area + slope + bend)[p, f] / norm(ended)
     wrong = np.flatnonzero((place >= 0) & (place <= 1) & (depth > DEPTH * norm(ended)))
     return (int(points[p[wrong[0]]]), edges[f[wrong[0]]].tolist()) if wrong.size else None
+
+
+def deep(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
+    """How deep edges ``one`` (f, 2) and ``other`` (g, 2), anticlockwise, are in each other; 0 up to :data:`DEPTH`.
+
+    That is over the length of the shorter of two edges, of ``nodes`` (a, 2).
+    """
+    found = pieces(nodes[one], nodes[other], ring)
+    lengths = [
+        norm(nodes[edges[:, 1]] - nodes[edges[:, 0]])[k] for edges, k in ((one, found.one), (other, found.other))
+    ]
+    depth = -found.lowest
+    return float(depth[depth > DEPTH * np.minimum(*lengths)].max(initial=0.0))
 
 
 def _on(edges: Floats, s: Floats) -> Floats:
