@@ -66,7 +66,9 @@ def test_a_uniform_pressure_passes_meshes_that_do_not_match(lower, upper, turn, 
     np.testing.assert_allclose(across, -210e3 / (1 - 0.3**2) * 0.01 / 2, rtol=0.02)
 
 
-@pytest.mark.parametrize("geometry", [Geometry.AXISYMMETRIC, Geometry.PLANE_STRAIN])
+@pytest.mark.parametrize(
+    "geometry", [Geometry.AXISYMMETRIC, pytest.param(Geometry.PLANE_STRAIN, marks=pytest.mark.slow)]
+)
 def test_all_forms_give_one_answer(geometry):
     scene = pressed(geometry=geometry)
     first = last(scene)
