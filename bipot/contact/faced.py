@@ -8,7 +8,7 @@ from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
-from bipot.tools.facing import Sides, facing
+from bipot.tools.facing import facing
 from bipot.tools.surfaces import across
 from bipot.typing import Floats
 
@@ -16,18 +16,12 @@ FAR = 1e3
 """Gap, over the body's size, of points that face nothing."""
 
 
-def sides_of(scene: Scene, tool: DeformableTool) -> Sides:
-    """Both sides of the contact at a deformable tool, with points by the mesh at rest."""
-    one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
-    return Sides.of(scene.mesh.nodes, one, other)
-
-
 def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     """The points of the tool's candidates, with the weights and normals of the configuration ``nodes`` (a, d).
 
     In a plane of symmetry, and on an axis, normals lie in it.
     """
-    sides = sides_of(scene, tool)
+    sides = tool.sides(scene.mesh)
     found, at = facing(nodes, sides, scene.ring), sides.node
     normal, x = found.normal.copy(), scene.mesh.nodes[at]
     for plane in scene.mirrors:

@@ -44,7 +44,7 @@ def solve_facing(
     if not increment.system.candidates.deformable:
         return solve_increment(increment, *given, near_to, leave)
     nodes = increment.start.nodes if near_to is None else near_to.iterate.nodes
-    passes, past, failure = 0, Past(), NotConverged("deformable tools and the candidates before them do not rest")
+    passes, past = 0, Past()
     for _ in range(MOST):
         solved = solve_increment(_facing(increment, nodes), *given, near_to, leave)
         passes += solved.passes
@@ -55,7 +55,7 @@ def solve_facing(
             return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
         past, mixed = MIXED.advance(past, nodes.ravel(), ended.ravel())
         nodes, near_to = mixed.reshape(nodes.shape), Near(here.iterate, solved.r)
-    raise failure
+    raise NotConverged("deformable tools and the candidates before them do not rest")
 
 
 def _facing(increment: Increment, nodes: Floats) -> Increment:

@@ -10,7 +10,7 @@ from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
 from bipot.scene.holding import Holding
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import Sides, facing
+from bipot.tools.facing import facing
 from bipot.typing import Ints
 
 INSIDE = 1e-9
@@ -74,8 +74,7 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
     strange = sorted(set(tool.mu_at) - set(node.tolist()))[:1]
     require(not strange, "mu_at node", strange, "one of the tool's candidates")
-    one, other = (mesh.around(*names) for names in (tool.candidates, tool.surface))
-    sides = Sides.of(mesh.nodes, one, other)
+    sides = tool.sides(mesh)
     found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
     gap[found.apart] = 0.0

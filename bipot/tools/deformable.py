@@ -14,6 +14,7 @@ import numpy as np
 
 from bipot.errors import require, require_tuple
 from bipot.meshes.mesh import Mesh
+from bipot.tools.facing import Sides
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
 from bipot.typing import Bools, Floats, FrozenMap, Vector
@@ -149,6 +150,10 @@ class DeformableTool(Tool):
     def of(self, mesh: Mesh) -> DeformableTool:
         """The same as one of a body with this ``mesh``."""
         return replace(self, met=Nowhere(tuple(mesh.nodes[mesh.boundary_nodes(*of)] for of in self.on_mesh.values())))
+
+    def sides(self, mesh: Mesh) -> Sides:
+        """Both sides of the contact, with points by the ``mesh`` at rest."""
+        return Sides.of(mesh.nodes, mesh.around(*self.candidates), mesh.around(*self.surface))
 
     def before(self, faced: Faced) -> DeformableTool:
         """The same as its candidates meet it."""

@@ -224,14 +224,15 @@ class Sides:
         """
         out = outward(nodes[one])
         # The edge before and after each node, as edges run anticlockwise.
-        before = {int(end): k for k, (_, end) in enumerate(one)}
-        own = [before.get(int(start), k) for k, (start, _) in enumerate(one)]
+        number, before = np.arange(len(one)), np.full(len(nodes), -1)
+        before[one[:, 1]] = number
+        own = np.where(before[one[:, 0]] >= 0, before[one[:, 0]], number)
         smooth = np.vecdot(out, out[own]) >= CREASE
         # A point is named by the edge that begins there, or ends there if none goes on from it.
-        begins = np.where(smooth & (np.array(own) != np.arange(len(one))), own, -1)
+        begins = np.where(smooth & (own != number), own, -1)
         names = np.empty(one.shape, np.intp)
-        names[:, 1] = len(one) + np.arange(len(one))
-        names[:, 0] = np.where(begins >= 0, len(one) + begins, np.arange(len(one)))
+        names[:, 1] = len(one) + number
+        names[:, 0] = np.where(begins >= 0, len(one) + begins, number)
         _, first, point = np.unique(names, return_index=True, return_inverse=True)
         at = one.ravel()[first]
         order = np.argsort(at, kind="stable")
