@@ -73,7 +73,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
     require(max_abs(load) > _round_off(increment), f"largest nodal load at tau = {tau}", max_abs(load), allowed)
     near, last = (
-        scene.materials.yield_stress(np.full_like(system.parts, peeq)) for peeq in (SATURATED / 10, SATURATED)
+        scene.materials.yield_stress(np.full_like(system.body.parts, peeq)) for peeq in (SATURATED / 10, SATURATED)
     )
     saturates = bool(np.isfinite(last).all() and (last <= (1 + HARDENS) * near).all())
     require(saturates, "scene.material, or of its regions", scene.material, "one that flows at a last yield stress")
@@ -142,7 +142,7 @@ def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism 
 
 def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism of plastic flow."""
-    if not np.isfinite(increment.system.yield_stress).all():
+    if not np.isfinite(increment.system.body.yield_stress).all():
         raise InfeasibleProgram("an elastic body does not flow")
     found = _program(increment, load, rows).mechanism()
     return replace(found, v=found.v / _units(increment.system).force)
@@ -174,7 +174,7 @@ def _units(system: System) -> Units:
     x = scene.mesh.nodes - scene.mesh.nodes.mean(axis=0)
     # Of a block's principal axes the least extent is the root of twelve times the deviation along it.
     size = float(np.sqrt(12 / len(x)) * np.linalg.svd(x, compute_uv=False)[-1])
-    return Units(size, size, float(system.yield_stress.min()), size**scene.geometry.reduction.extents)
+    return Units(size, size, float(system.body.yield_stress.min()), size**scene.geometry.reduction.extents)
 
 
 def _touching(increment: Increment) -> Bools:

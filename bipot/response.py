@@ -27,7 +27,7 @@ from bipot.programs.dissipation import PlasticModel
 from bipot.scene.scene import Scene
 from bipot.state import State
 from bipot.tensors import deviatoric_basis, deviatoric_projector, identity, trace
-from bipot.typing import Floats, max_abs, times
+from bipot.typing import Floats, einsum, max_abs, times
 
 STILL = 1e-9
 """A motion below this fraction of the body's size is what is left of balance, in a body that nothing touches."""
@@ -58,11 +58,48 @@ class Response:
 
 
 @dataclass(frozen=True)
+class Rigidity:
+    """Scales of a body at rest, by which forces and motions are compared.
+
+    ``nodal`` (a,) is the elastic stiffness of nodes, their largest diagonal entry; ``lever`` is the largest nodal sum
+    of w sum_j |N,j| and ``gradient`` the largest sum of |N,j| at a point.
+    """
+
+    nodal: Floats
+    lever: float
+    gradient: float
+
+
+@dataclass(frozen=True)
 class Body:
     """A scene with its space of unknowns: computes responses and their linear or convex models."""
 
     scene: Scene
     space: Space
+
+    @cached_property
+    def parts(self) -> Floats:
+        """What part (e, q) of the body's volume at rest is that of a point."""
+        volume = self.space.gradients(self.scene.mesh.nodes).volume
+        return volume / float(volume.sum())
+
+    @cached_property
+    def yield_stress(self) -> Floats:
+        """sigma_Y (e, q) of the body at rest; inf where it does not flow."""
+        return self.scene.materials.yield_stress(np.zeros_like(self.parts))
+
+    @cached_property
+    def rigidity(self) -> Rigidity:
+        """See :class:`Rigidity`."""
+        mesh, placed = self.scene.mesh, self.space.gradients(self.scene.mesh.nodes)
+        B, C = placed.B, self.scene.materials.elasticity.stiffness(placed.reduction.mandel)
+        slopes = np.abs(placed.shape).sum(axis=2)
+        levers = einsum("eq,eqa->ea", placed.volume, slopes)
+        return Rigidity(
+            nodal=self.space.nodal(einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)).max(axis=1),
+            lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
+            gradient=float(slopes.sum(axis=2).max()),
+        )
 
     @cached_property
     def projection(self) -> Projection | None:

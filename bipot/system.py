@@ -18,23 +18,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.state import State, rest
 from bipot.tensors import norm
-from bipot.typing import Floats, einsum, max_abs
-
-
-@dataclass(frozen=True)
-class Rigidity:
-    """Scales of the body at rest, by which forces and motions are compared.
-
-    ``nodal`` (a,) is the elastic stiffness K_a of nodes, their largest diagonal entry; ``contact`` (c,) that of
-    contacts with weights D_ca, 1/sum_a D_ca^2/K_a, and ``tools`` (m,) its sums over the contacts of driven tools.
-    ``lever`` is the largest nodal sum of w sum_j |N,j| and ``gradient`` the largest sum of |N,j| at a point.
-    """
-
-    nodal: Floats
-    contact: Floats
-    tools: Floats
-    lever: float
-    gradient: float
+from bipot.typing import Floats, max_abs
 
 
 @dataclass(frozen=True)
@@ -54,17 +38,6 @@ class System:
     def loading(self) -> Loading:
         """The scene's loads on the body's unknowns."""
         return Loading(self.body.space, self.body.scene.loads)
-
-    @cached_property
-    def parts(self) -> Floats:
-        """What part (e, q) of the body's volume at rest is that of a point."""
-        volume = self.body.space.gradients(self.body.scene.mesh.nodes).volume
-        return volume / float(volume.sum())
-
-    @cached_property
-    def yield_stress(self) -> Floats:
-        """sigma_Y (e, q) of the body at rest; inf where it does not flow."""
-        return self.body.scene.materials.yield_stress(np.zeros_like(self.parts))
 
     def load(self, nodal: Floats, tau: float) -> Floats:
         """The load on the unknowns (n,): ``nodal`` loads (a, d) and the driving forces of tools at ``tau``."""
@@ -122,24 +95,14 @@ class System:
         return not contacts.alone.all() or bool((forces > free).any())
 
     @cached_property
-    def rigidity(self) -> Rigidity:
-        """See :class:`Rigidity`."""
-        body, elastic = self.body, self.body.scene.materials.elasticity
-        mesh = body.scene.mesh
-        placed = body.space.gradients(mesh.nodes)
-        B, C = placed.B, elastic.stiffness(placed.reduction.mandel)
-        diagonal = einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
-        slopes = np.abs(placed.shape).sum(axis=2)
-        levers = einsum("eq,eqa->ea", placed.volume, slopes)
-        nodal = body.space.nodal(diagonal).max(axis=1)
-        contact = 1 / np.asarray(self.candidates.means.weights.power(2) @ (1 / nodal))
-        return Rigidity(
-            nodal=nodal,
-            contact=contact,
-            tools=self.candidates.driven_sums(contact),
-            lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
-            gradient=float(slopes.sum(axis=2).max()),
-        )
+    def stiffness(self) -> Floats:
+        """Elastic stiffness (c,) of contacts with weights D_ca, 1/sum_a D_ca^2/K_a with that of nodes at rest."""
+        return np.asarray(1 / (self.candidates.means.weights.power(2) @ (1 / self.body.rigidity.nodal)))
+
+    @cached_property
+    def tool_stiffness(self) -> Floats:
+        """Its sums (m,) over the contacts of each coordinate of driven tools."""
+        return self.candidates.driven_sums(self.stiffness)
 
     def units(self, start: State, prescribed: float, new_load: Floats) -> Units:
         """Units: the expected displacement, the stress to be reached (up to the yield stress), the volume of a cube.
@@ -151,7 +114,7 @@ class System:
         never less than a small part of what would release the stress: the motions of a body that rests fall to
         round-off from increment to increment, and in units of that a program has forces but no stiffness left.
         """
-        scene, space, rigidity = self.body.scene, self.body.space, self.rigidity
+        scene, space = self.body.scene, self.body.space
         young, size, stress = (
             max_abs(scene.materials.elasticity.young),
             scene.mesh.size,
@@ -159,14 +122,14 @@ class System:
         )
         moved, loaded = float(norm(start.du).max()), 0.0
         if scene.loads or scene.drives:
-            nodes = norm(space.spread(new_load)) / rigidity.nodal
-            tools = np.abs(space.beside(new_load)) / rigidity.tools
+            nodes = norm(space.spread(new_load)) / self.body.rigidity.nodal
+            tools = np.abs(space.beside(new_load)) / self.tool_stiffness
             loaded = float(max(nodes.max(), tools.max(initial=0.0)))
         released = size * stress / young
         length = max(prescribed or moved, loaded) or max(released, LEAST_MOTION * size)
         length = max(length, LEAST_MOTION * released)
         reached = max(young * length / size, stress)
-        stress = min(float(self.yield_stress.min()), reached)
+        stress = min(float(self.body.yield_stress.min()), reached)
         return Units(length, size, stress, size**scene.geometry.reduction.extents)
 
     def force_blur(self, response: Response, moved: float, faint: float) -> float:
@@ -188,7 +151,7 @@ class System:
 
         The largest ``stress`` (..., s) counts, and its change in an increment with lengths that sum to ``moved``.
         """
-        elastic, rest = self.body.scene.materials.elasticity, self.rigidity
+        elastic, rest = self.body.scene.materials.elasticity, self.body.rigidity
         largest = max_abs(stress) + max_abs(elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
         return 10 * EPS * rest.lever * largest
 

@@ -75,7 +75,7 @@ def _since_turn(increment: Increment, tau: float, strain: float) -> float:
     rate, system = strain / (increment.tau - begun), increment.system
     touched = length if turn > 0 else max(length - _apart(increment, system.gaps_at_rest), 0.0)
     # A body that another march has left has flowed before, and is not at rest where the mesh is.
-    left = vdot(system.parts, (increment.accepted or increment.start).peeq) > FLOWED * rate * touched
+    left = vdot(system.body.parts, (increment.accepted or increment.start).peeq) > FLOWED * rate * touched
     return rate * (length if left else touched)
 
 
@@ -158,11 +158,11 @@ def yield_strain(system: System, peeq: Floats | None = None) -> float:
     Of several materials those count that flow.
     """
     law = system.body.scene.materials
-    strain = (system.yield_stress if peeq is None else law.yield_stress(peeq)) / law.elasticity.young
+    strain = (system.body.yield_stress if peeq is None else law.yield_stress(peeq)) / law.elasticity.young
     flows = np.isfinite(strain)
     if peeq is None or not flows.any():
         return float(strain[flows].max(initial=0.0)) or np.inf
-    return vdot(system.parts[flows], strain[flows]) / float(system.parts[flows].sum())
+    return vdot(system.body.parts[flows], strain[flows]) / float(system.body.parts[flows].sum())
 
 
 def yielded_strain(system: System, turned: Floats | None) -> float:

@@ -94,7 +94,7 @@ def scales(scene: Scene):
 def test_forces_and_motions_are_balanced_by_the_body_at_the_contact_whatever_drives_the_tool(scene):
     by_force, by_path = scales(scene(driven_by=Force(DOWN[scene]))), scales(scene(travel=DOWN[scene]))
     np.testing.assert_array_equal(by_force, by_path)
-    nodal = system_of(scene()).rigidity.nodal
+    nodal = system_of(scene()).body.rigidity.nodal
     assert by_path.max() < SOFTENED * nodal.max() / 100
 
 

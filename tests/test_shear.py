@@ -71,7 +71,7 @@ def test_the_measures_are_those_of_a_recomputation(law):
     """Cone, law and gap by plain formulas from forces, motion and caps of the last iterate, and of planted errors."""
     last = pressed(*law, Tangent())[-1]
     iterate = last.solved.iterate
-    rho = iterate.increment.system.rigidity.contact
+    rho = iterate.increment.system.stiffness
     for planted in (0.0, 1e-3, -1e-2):
         r = last.solved.r.copy()
         worst = int(np.argmax(np.abs(r[:, 1])))

@@ -104,7 +104,7 @@ class Examined:
             mu=rows.mu,
             cap=rows.cap,
             tied=rows.tied,
-            stiffness=self.increment.system.rigidity.contact,
+            stiffness=self.increment.system.stiffness,
             largest=max(self.largest, present),
             present=max(present, max_abs(self.response.state.forces)),
             # The gap of a candidate far from its tool is never small, and its round-off does not matter.

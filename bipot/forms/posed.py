@@ -281,7 +281,7 @@ def softly_placed(program: DissipationProgram, iterate: Iterate, state: Posed) -
 def _springs(iterate: Iterate, state: Posed, tools: Bools) -> tuple[Floats, Floats]:
     """Dimensionless stiffness (m,) of the springs on the chosen ``tools`` (m,), and their force (m,) at x = 0."""
     units = state.units
-    spring = SOFT * tools * iterate.increment.system.rigidity.tools * (units.length / units.force)
+    spring = SOFT * tools * iterate.increment.system.tool_stiffness * (units.length / units.force)
     return spring, spring * iterate.translated / units.length
 
 

@@ -224,7 +224,9 @@ class Mesh(EqualByNumbers):
 
     def around(self, *names: str) -> Ints:
         """Facets (f, n) of the named boundaries, which run anticlockwise around their elements, in sequence."""
-        return np.concatenate([self.surface(name)[0] for name in names])
+        if names not in self._around:
+            self._around[names] = read_only(np.concatenate([self.surface(name)[0] for name in names]), np.intp)
+        return self._around[names]
 
     def boundary(self, name: str, field: str = "boundary") -> Ints:
         """Facets (f, n) of the boundary ``name``; raises SceneError naming its ``field`` and the known ones."""
@@ -256,6 +258,10 @@ class Mesh(EqualByNumbers):
         if names not in self._on_boundaries:
             self._on_boundaries[names] = read_only(np.unique(self.edges(*names)), np.intp)
         return self._on_boundaries[names]
+
+    @cached_property
+    def _around(self) -> dict[tuple[str, ...], Ints]:
+        return {}
 
     @cached_property
     def _on_boundaries(self) -> dict[tuple[str, ...], Ints]:
