@@ -8,6 +8,7 @@ from bipot import (
     DeformableTool,
     Elastic,
     Elasticity,
+    Element,
     Geometry,
     Linear,
     Prescribed,
@@ -29,9 +30,10 @@ def shifted(mesh, *by):
     return replace(mesh, nodes=mesh.nodes + np.array(by))
 
 
-def stack(lower=3, upper=5, press=-0.01, mu=0.0, turn=0.0, material=ELASTIC):
+def stack(lower=3, upper=5, press=-0.01, mu=0.0, turn=0.0, material=ELASTIC, element=Element.Q4):
     """Two blocks on each other, of so many elements a side, turned by the angle ``turn``."""
-    mesh = together({"low": block(1.0, 1.0, lower, 2), "up": shifted(block(1.0, 1.0, upper, 2), 0.0, 1.0)})
+    low, up = (block(1.0, 1.0, n, 2, element=element) for n in (lower, upper))
+    mesh = together({"low": low, "up": shifted(up, 0.0, 1.0)})
     c, s = np.cos(turn), np.sin(turn)
     mesh = replace(mesh, nodes=mesh.nodes @ np.array([[c, s], [-s, c]]))
     along, across = (c, s), (-s, c)
@@ -44,11 +46,12 @@ def stack(lower=3, upper=5, press=-0.01, mu=0.0, turn=0.0, material=ELASTIC):
     return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, (DeformableTool(("low/top",), ("up/base",), mu),))
 
 
-def pressed(mu=0.2, geometry=Geometry.AXISYMMETRIC, press=0.6, punch=ELASTIC, elements=4):
+def pressed(mu=0.2, geometry=Geometry.AXISYMMETRIC, press=0.6, punch=ELASTIC, elements=4, element=Element.Q4):
     """A billet beneath a wider punch, onto which its side may fold; the punch is held at its top."""
     ring = geometry is Geometry.AXISYMMETRIC
     make, axis, side = (cylinder, "axis", "side") if ring else (block, "left", "right")
-    billet, above = make(5.0, 5.0, elements, elements), shifted(make(7.0, 3.0, elements + 1, 2), 0.0, 5.0)
+    billet = make(5.0, 5.0, elements, elements, element=element)
+    above = shifted(make(7.0, 3.0, elements + 1, 2, element=element), 0.0, 5.0)
     mesh = together({"billet": billet, "punch": above})
     held = Support if ring else Symmetry
     supports = (

@@ -15,7 +15,6 @@ from bipot import (
     Dissipation,
     Elastic,
     Elasticity,
-    Element,
     Existing,
     FlatTool,
     Geometry,
@@ -259,7 +258,6 @@ def test_what_does_not_fit_is_refused():
     deep = two.mesh.nodes.copy()
     deep[upper, 1] -= 0.01
     refused(lambda: replace(two, mesh=replace(two.mesh, nodes=deep)), "off the tool's surface")
-    refused(lambda: replace(two, mesh=two.mesh.to(Element.Q8)), "linear elements")
     refused(lambda: sensitivities(lambda mu: pressed(mu), {"mu": 0.2}, FEW), "rigid")
     state = last(stack()).state
     with pytest.raises(SceneError, match=r"zero|parts"):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bipot.tools.facing import crossed, pieces
+from bipot.tools.pieces import crossed, pieces
 
 
 def test_a_node_that_goes_through_an_edge_is_found():
@@ -21,13 +21,12 @@ def test_a_node_that_goes_through_an_edge_is_found():
 
 def test_what_is_behind_another_edge_faces_nothing():
     """Of two edges over the same place the nearer counts, piece by piece."""
-    one = np.array([[[1.0, 0.0], [0.0, 0.0]]])
-    near = [[0.3, 0.1], [0.6, 0.1]]
-    far = [[-1.0, 0.5], [2.0, 0.5]]
-    found = pieces(one, np.array([near, far]), False)
+    nodes = np.array([[1.0, 0.0], [0.0, 0.0], [0.3, 0.1], [0.6, 0.1], [-1.0, 0.5], [2.0, 0.5], [0.0, -0.1], [1.0, 0.3]])
+    one, near, far = np.array([[0, 1]]), [2, 3], [4, 5]
+    found = pieces(nodes, one, np.array([near, far]), False)
     length = np.zeros(2)
     np.add.at(length, found.other, found.weight.sum(axis=1))
     np.testing.assert_allclose(length, [0.3, 0.7])
-    np.testing.assert_allclose(found.gap, np.where(found.other == 0, 0.1, 0.5)[:, None] * [1, 1])
-    inclined = pieces(one, np.array([[[0.0, -0.1], [1.0, 0.3]]]), False)
+    np.testing.assert_allclose(found.lowest, np.where(found.other == 0, 0.1, 0.5))
+    inclined = pieces(nodes, one, np.array([[6, 7]]), False)
     np.testing.assert_allclose(inclined.lowest, [-0.1])

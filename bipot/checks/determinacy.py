@@ -101,7 +101,7 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
         return ()
     active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
-    if iterate.translated.size or system.candidates.weighted:
+    if iterate.translated.size or system.candidates.weighted or system.candidates.deformable:
         # Tools that forces drive couple the contacts of all nodes, and so do nodes that several means share.
         return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
     contacts = np.bincount(node[active.closed], minlength=count)

@@ -13,7 +13,7 @@ from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import crossed, deep
+from bipot.tools.pieces import crossed, deep
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs

@@ -9,6 +9,7 @@ from bipot.scene.scene import Scene
 from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
 from bipot.tools.facing import facing
+from bipot.tools.pieces import straights
 from bipot.tools.surfaces import across
 from bipot.typing import Floats
 
@@ -30,4 +31,4 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     normal, apart, far = unit(normal), np.zeros(len(x)), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
     faced = Faced((), normal, np.abs(nodes[at]).max(axis=1), apart)
-    return Points(at, found.weights, sides.point, sides.one, faced)
+    return Points(at, found.weights, sides.point, straights(sides.one), faced)

@@ -27,7 +27,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import PLANAR
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import pieces
+from bipot.tools.pieces import edge_shapes, edge_slopes, pieces
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints, read_only
 
@@ -42,16 +42,16 @@ HALVINGS = 52
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """Largest penetration of ``nodes`` (a, d), edges and faces into the tools, over the body size; 0 if none.
 
-    At deformable tools it is that along normals of either side.
+    At deformable tools it is that along normals of either side, between polygons through their nodes.
 
     The tools are in the poses ``placed`` (k, p). All facets of their boundaries count, with open, closed or held nodes.
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
         if isinstance(tool, DeformableTool):
-            one, other = (nodes[scene.mesh.around(*names)] for names in (tool.candidates, tool.surface))
+            one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
             for sides in ((one, other), (other, one)):
-                deepest = max(deepest, -float(pieces(*sides, scene.ring).lowest.min(initial=0.0)))
+                deepest = max(deepest, -float(pieces(nodes, *sides, scene.ring).lowest.min(initial=0.0)))
             continue
         edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
@@ -129,12 +129,9 @@ def least_along(tool: Tool, edges: Floats) -> Floats:
 def _along(edges: Floats, s: Floats) -> Floats:
     """Points (f, s, d) of edges (f, n, d) at s (s,) or (f, s)."""
     s = np.broadcast_to(s, (len(edges), s.shape[-1]))
-    shapes = [1 - s, s] if edges.shape[1] == 2 else [(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)]
-    return np.stack(shapes, axis=-1) @ edges
+    return edge_shapes(s, edges.shape[1]) @ edges
 
 
 def _ahead(edges: Floats, s: Floats) -> Floats:
     """dx/ds (f, s, d) of edges (f, n, d) at s (f, s)."""
-    one = np.ones_like(s)
-    slopes = [-one, one] if edges.shape[1] == 2 else [4 * s - 3, 4 - 8 * s, 4 * s - 1]
-    return np.stack(slopes, axis=-1) @ edges
+    return edge_slopes(s, edges.shape[1]) @ edges

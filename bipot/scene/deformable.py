@@ -9,8 +9,9 @@ from bipot.fem.assembly import rigid_motions
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
 from bipot.scene.holding import Holding
-from bipot.tools.deformable import DeformableTool
+from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.facing import facing
+from bipot.tools.tool import Sampling
 from bipot.typing import Ints
 
 INSIDE = 1e-9
@@ -57,15 +58,26 @@ def _first(part: Ints, numbers: list[int]) -> int:
     return int(np.flatnonzero(part == numbers[0])[0]) if numbers else -1
 
 
+def require_nodes(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
+    """Refuse means of nodes that are seen one by one, at curved tools, beside means that are vectors between parts.
+
+    Raises:
+        SceneError: a curved tool that samples means of quadratic elements, beside a deformable one.
+    """
+    beside = mesh.element.quadratic and any(isinstance(tool, DeformableTool) for tool in tools)
+    for k, tool in enumerate(tools):
+        means = beside and not tool.flat and tool.sampling is Sampling.WEIGHTED
+        require(not means, f"tools[{k}].sampling", tool.sampling, f"{Sampling.NODES} beside a deformable tool")
+
+
 def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> None:
     """Refuse a deformable tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: in space, or of quadratic elements; inner edges; nodes in both boundaries, or coefficients at nodes
+        SceneError: in space; inner edges; nodes in both boundaries, or coefficients at nodes
             of none; candidates in the surface at rest.
     """
-    allowed = "of linear elements in a plane, with a deformable tool: Q4 or T3"
-    require(mesh.dimension == 2 and not mesh.element.quadratic, "scene.mesh", mesh.element.name, allowed)
+    require(mesh.dimension == 2, "scene.mesh", mesh.element.name, "one of elements in a plane, with a deformable tool")
     for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
         inner = mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")

@@ -26,7 +26,7 @@ from bipot.paths import corners
 from bipot.scene.between import Surroundings
 from bipot.scene.between_faces import Skin
 from bipot.scene.calipers import Calipers
-from bipot.scene.deformable import require_facing, require_held_parts
+from bipot.scene.deformable import require_facing, require_held_parts, require_nodes
 from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Directions, Holding
@@ -93,6 +93,7 @@ class Scene:
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
         fitted = Fitted(self.mesh, self.geometry, self.materials, self.holding, self.surroundings)
+        require_nodes(self.mesh, self.tools)
         require_outer(self.mirrors, self.mesh, self.tools, self.loads)
         for k, tool in enumerate(self.tools):
             if isinstance(tool, DeformableTool):
