@@ -125,7 +125,7 @@ def test_forces_in_one_frame_for_all_nodes_of_a_mean_are_found(run, request):
     assert "equilibrium" in found(right, normal=contacts.normal[one])
 
 
-@pytest.mark.parametrize("run", ["capped", "rolled"])
+@pytest.mark.parametrize("run", ["rolled", "capped"])
 def test_caps_of_areas_of_nodes_are_found(run, request):
     """Those of hats are three times those of the ends' own shape functions on straight edges."""
     right = request.getfixturevalue(run)

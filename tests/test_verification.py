@@ -26,17 +26,21 @@ LONG = {
     "hardness",
     "hertz_cylinder",
     "hertz_sphere",
+    "hertz_two_bodies",
+    "punch_rounded",
     "quarter_cylinder",
     "ring_constant_shear",
     "rough_block",
     "stick_radius",
+    "stick_radius_flat",
     "strip_rolling",
     "upsetting_bracket",
     "volume_kept",
     "wedge_extrusion",
     "wedge_indentation",
 }
-"""Cases whose coarsest mesh takes long; others of the kind are among the rest, in test_examples and test_hertz."""
+"""Cases whose coarsest mesh takes long; others of the kind are among the rest, in test_examples, test_hertz and
+test_two_bodies."""
 
 
 def kept():
