@@ -53,26 +53,34 @@ OPTIONAL = {
 }
 """Packages that the library can live without, and the rooms that import them."""
 
-GRAPH = graph(ROOT)
-ROOMS = rooms(GRAPH)
+
+@pytest.fixture(scope="module")
+def between():
+    """What every module imports."""
+    return graph(ROOT)
 
 
-def test_every_room_has_one_place_in_the_table():
-    assert sorted(name for layer in LAYERS for name in layer) == sorted(ROOMS)
+@pytest.fixture(scope="module")
+def between_rooms(between):
+    return rooms(between)
 
 
-def test_no_import_climbs():
-    assert climbing(ROOMS, LAYERS) == []
+def test_every_room_has_one_place_in_the_table(between_rooms):
+    assert sorted(name for layer in LAYERS for name in layer) == sorted(between_rooms)
 
 
-def test_no_circle_of_modules_nor_of_rooms():
-    assert circle(GRAPH) == []
-    assert circle(ROOMS) == []
+def test_no_import_climbs(between_rooms):
+    assert climbing(between_rooms, LAYERS) == []
+
+
+def test_no_circle_of_modules_nor_of_rooms(between, between_rooms):
+    assert circle(between) == []
+    assert circle(between_rooms) == []
 
 
 @pytest.mark.parametrize("own", IGNORANT)
-def test_a_room_does_not_know_what_it_need_not(own):
-    assert not IGNORANT[own] & reached(own, ROOMS)
+def test_a_room_does_not_know_what_it_need_not(own, between_rooms):
+    assert not IGNORANT[own] & reached(own, between_rooms)
 
 
 def test_optional_packages_are_imported_where_they_are_used_alone():
