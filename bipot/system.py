@@ -64,7 +64,7 @@ class System:
 
     @cached_property
     def rigid(self) -> Floats:
-        """Rigid motions (n, m) of the body at rest that the supports allow, tools at rest; none if they hold it."""
+        """Rigid motions (n, m) of parts at rest that the supports allow, tools at rest; none if they hold each."""
         return self._rigid_motions(self.body.scene.mesh.nodes)
 
     def rigid_at(self, nodes: Floats) -> Floats:
@@ -79,7 +79,7 @@ class System:
 
     def _rigid_motions(self, nodes: Floats) -> Floats:
         space = self.body.space
-        found = rigid_motions(nodes, space.free, self.body.scene.geometry, space.axes)
+        found = rigid_motions(nodes, space.free, self.body.scene.geometry, space.axes, self.body.scene.mesh.part)
         return np.vstack([found, np.zeros((space.translations, found.shape[1]))]) if space.translations else found
 
     @cached_property

@@ -83,11 +83,15 @@ def _unheld(increment: Increment) -> str | None:
     # Loads that do no work on the motion may press the contacts that it opens, as on a slope.
     if forces.any() and (vdot(forces, motion) <= ROUND_OFF * float(np.linalg.norm(forces)) or rubs(increment, v)):
         return None
+    mesh = system.body.scene.mesh
+    own = mesh.part[np.argmax(norm(motion))]
+    motion, whole = motion[mesh.part == own], not mesh.part.any()
+    who = "the body" if whole else f"the part of element {int(np.argmax(mesh.connected == own))}"
     mean = motion.mean(axis=0)
     shift = np.where(np.abs(mean) > ROUND_OFF, mean, 0.0)
     turns = " with a turn" if float(norm(motion - mean).max()) > ROUND_OFF else ""
     what = f"moving along ({', '.join(f'{part:.3g}' for part in shift)}){turns}" if shift.any() else "turning"
-    return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
+    return f"Nothing holds {who} against {what}: add a support, or friction at a contact that stays closed."
 
 
 def _aloft(increment: Increment) -> str | None:

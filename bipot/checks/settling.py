@@ -129,8 +129,10 @@ def _followed_on(iterate: Iterate, x: Floats) -> Iterate:
         return iterate
     if not iterate.response.kinematics.moves:
         return increment.at(x)
-    space = increment.system.body.space
-    moved = moved_on(iterate.nodes, space.spread(way))
+    space, part = increment.system.body.space, increment.system.body.scene.mesh.part
+    rate, moved = space.spread(way), np.empty_like(iterate.nodes)
+    for own in (part == k for k in range(int(part.max()) + 1)):
+        moved[own] = moved_on(iterate.nodes[own], rate[own])
     followed = iterate.x + space.gather(np.append(moved, space.beside(way)))
     bend = max_abs(followed - x) / max_abs(way)
     return increment.at(x if bend <= EPS else followed)

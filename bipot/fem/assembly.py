@@ -26,6 +26,9 @@ from bipot.typing import Floats, Ints
 
 UNCOUPLED = np.empty((0, 1), dtype=np.intp)
 
+WHOLE = np.zeros(1, dtype=np.intp)
+"""The number of the part of all nodes of a body that is one."""
+
 
 @dataclass(frozen=True)
 class Space:
@@ -191,8 +194,11 @@ def _entries(local: Ints) -> tuple[Ints, Ints]:
     return rows.ravel(), columns.ravel()
 
 
-def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = STRAIGHT) -> Floats:
-    """Orthonormal rigid motions (f, m) on the ``free`` unknowns (f,) that vanish on the held ones."""
+def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = STRAIGHT, part: Ints = WHOLE) -> Floats:
+    """Orthonormal motions (f, m) on the ``free`` unknowns (f,) that vanish on the held ones and strain nothing.
+
+    They are rigid motions of each ``part`` by itself, of which nodes have the numbers (a,) or all the same one.
+    """
     d = nodes.shape[1]
     x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
     units = np.eye(d)
@@ -201,7 +207,14 @@ def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = ST
     modes = np.stack([axes.components(motion).ravel() for motion in (*shifts, *turns)], axis=1)
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]
+    own = np.repeat(np.broadcast_to(part, len(nodes)), d)
     held = np.setdiff1d(np.arange(len(modes)), free)
+    found = [_vanishing(np.where((own == k)[:, None], modes, 0.0), free, held) for k in range(int(own.max()) + 1)]
+    return np.hstack(found)
+
+
+def _vanishing(modes: Floats, free: Ints, held: Ints) -> Floats:
+    """Orthonormal combinations (f, m) of ``modes`` (n, k) on the ``free`` unknowns that vanish on the ``held`` ones."""
     # The triangle of a QR decomposition has the same null space, and is far smaller.
     kept = modes[free] @ null_space(np.linalg.qr(modes[held], mode="r"), rcond=1e-9) if len(held) else modes[free]
     return np.linalg.qr(kept)[0] if kept.shape[1] else kept

@@ -179,6 +179,13 @@ class Mesh(EqualByNumbers):
         return parts_of(self._facets)
 
     @cached_property
+    def part(self) -> Ints:
+        """The number (a,) of the part to which each node belongs."""
+        out = np.zeros(len(self.nodes), np.intp)
+        out[self.elements] = self.connected[:, None]
+        return read_only(out, np.intp)
+
+    @cached_property
     def _facets(self) -> Facets:
         return Facets.of(self.elements, self.element)
 
@@ -224,9 +231,7 @@ class Mesh(EqualByNumbers):
 
     def around(self, *names: str) -> Ints:
         """Facets (f, n) of the named boundaries, which run anticlockwise around their elements, in sequence."""
-        if names not in self._around:
-            self._around[names] = read_only(np.concatenate([self.surface(name)[0] for name in names]), np.intp)
-        return self._around[names]
+        return np.concatenate([self.surface(name)[0] for name in names])
 
     def boundary(self, name: str, field: str = "boundary") -> Ints:
         """Facets (f, n) of the boundary ``name``; raises SceneError naming its ``field`` and the known ones."""
@@ -258,10 +263,6 @@ class Mesh(EqualByNumbers):
         if names not in self._on_boundaries:
             self._on_boundaries[names] = read_only(np.unique(self.edges(*names)), np.intp)
         return self._on_boundaries[names]
-
-    @cached_property
-    def _around(self) -> dict[tuple[str, ...], Ints]:
-        return {}
 
     @cached_property
     def _on_boundaries(self) -> dict[tuple[str, ...], Ints]:

@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require
-from bipot.fem.assembly import rigid_motions
-from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
-from bipot.scene.holding import Holding
 from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.facing import facing
 from bipot.tools.tool import Sampling
@@ -17,15 +14,12 @@ from bipot.typing import Ints
 INSIDE = 1e-9
 """Depth of candidates in a deformable tool at rest, over the body's size, up to which it is round-off."""
 
-RIGID = 1e-9
-"""Singular values of the motions of supports, over the largest, that are zero."""
 
-
-def require_held_parts(mesh: Mesh, geometry: Geometry, holding: Holding, tools: tuple[object, ...]) -> None:
-    """Require one connected body, or parts that supports hold, each of which faces another one.
+def require_joined(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
+    """Require one connected body, or parts without a common node each of which faces another one.
 
     Raises:
-        SceneError: parts that touch only in a corner, or not at all, and would move independently.
+        SceneError: parts that touch only in a corner, or not at all, and would move independently; nodes of two parts.
     """
     part = mesh.connected
     count = int(part.max()) + 1
@@ -42,16 +36,9 @@ def require_held_parts(mesh: Mesh, geometry: Geometry, holding: Holding, tools: 
     missing = sorted({*range(count)} - touched)
     lonely = "parts of which each has the surface or the candidates of a deformable tool"
     require(not missing, "scene.mesh", f"with part {missing[:1]}, of element {_first(part, missing)}", lonely)
-    every = np.arange(mesh.nodes.size)
-    motions = rigid_motions(mesh.nodes, every, geometry).reshape(*mesh.nodes.shape, -1)
-    along = holding.axes.frames(*mesh.nodes.shape) @ motions
-    for k in range(count):
-        nodes = np.unique(mesh.elements[part == k])
-        size = np.linalg.svd(along[nodes].reshape(-1, along.shape[-1]), compute_uv=False)[0]
-        held = along[nodes][holding.held[nodes]]
-        kept = int((np.linalg.svd(held, compute_uv=False) > RIGID * size).sum()) if len(held) else 0
-        what = f"such that they hold each part: that of element {_first(part, [k])} is free to move as a whole"
-        require(kept == along.shape[-1], "scene.supports", f"{along.shape[-1] - kept} motions", what)
+    crowded = np.flatnonzero(mesh.part[mesh.elements] != part[:, None])
+    lonely = "parts without a node in common"
+    require(not crowded.size, "scene.mesh", f"node {mesh.elements.ravel()[crowded[:1]]} in two parts", lonely)
 
 
 def _first(part: Ints, numbers: list[int]) -> int:

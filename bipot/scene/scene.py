@@ -26,7 +26,7 @@ from bipot.paths import corners
 from bipot.scene.between import Surroundings
 from bipot.scene.between_faces import Skin
 from bipot.scene.calipers import Calipers
-from bipot.scene.deformable import require_facing, require_held_parts, require_nodes
+from bipot.scene.deformable import require_facing, require_joined, require_nodes
 from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Directions, Holding
@@ -82,7 +82,7 @@ class Scene:
         except InvertedElement as inverted:
             ordered = "anticlockwise, keep r > 0" if self.mesh.dimension == 2 else IN_SPACE
             raise SceneError(f"mesh: {inverted}: number nodes {ordered}") from inverted
-        require_held_parts(self.mesh, self.geometry, self.holding, self.tools)
+        require_joined(self.mesh, self.tools)
         self.itself.require_apart()
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
