@@ -225,3 +225,16 @@ def test_the_order_of_tools_does_not_choose_where_a_body_between_them_goes():
     for run, other in pairwise(runs):
         for a, b in zip(run, other, strict=True):
             np.testing.assert_allclose(a.state.nodes, b.state.nodes, atol=1e-7)
+
+
+def test_a_body_in_the_air_rests_by_a_conic_form_alone():
+    """A program may take it anywhere between two tools: what strain it has at the end of that way is round-off."""
+    tools = (
+        FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.2),
+        FlatTool((0.0, 1.05), (0.0, -1.0), (0.0, -0.06), ("top",), 0.2),
+    )
+    scene = Scene(block(1.0, 1.0, 3, 3), Geometry.PLANE_STRAIN, MATERIAL, (), tools)
+    for accepted in march(scene, Schedule(12), Control(Dissipation(), ())):
+        rests = 0.06 * accepted.state.tau <= 0.05
+        assert rests == (not accepted.displacement.any())
+        assert rests == (not accepted.state.forces.any())

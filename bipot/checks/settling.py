@@ -45,6 +45,9 @@ ENOUGH, WAYS = 1e-9, 10
 TURNLESS = 1e-12
 """A turn by less than this part of the way of a body is none."""
 
+RESTS = 16.0
+"""A motion below this many times the round-off of places is none."""
+
 TIGHT = Accuracy(1e-12)
 
 OPENED = 10.0
@@ -116,7 +119,8 @@ def at_least(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Iterate:
         if near and (least.motion[:, 0] >= sunk).all():
             break
         least = _followed_on(least, x)
-    return least
+    # A motion below the round-off of places is none, and strains nothing: what strain it had came of the way here.
+    return least if max_abs(least.x) > RESTS * blur else least.increment.at(np.zeros_like(least.x))
 
 
 def _followed_on(iterate: Iterate, x: Floats) -> Iterate:
