@@ -16,6 +16,7 @@ from bipot.errors import NotConverged
 from bipot.forms import Cache, Form
 from bipot.increment import Leave, Limits, Near, Observer, Solved, solve_increment
 from bipot.iterate import Increment
+from bipot.prediction import begin
 from bipot.typing import Floats
 
 MOST, MIXED = 30, Anderson(depth=5, weight=1.0)
@@ -43,7 +44,8 @@ def solve_facing(
     given = form, limits, cache, largest, observe
     if not increment.system.candidates.deformable:
         return solve_increment(increment, *given, near_to, leave)
-    nodes = increment.start.nodes if near_to is None else near_to.iterate.nodes
+    there = near_to.iterate if near_to else begin(_facing(increment, increment.start.nodes), cache.pace, limits.bounds)
+    nodes = there.nodes
     passes, past = 0, Past()
     for _ in range(MOST):
         solved = solve_increment(_facing(increment, nodes), *given, near_to, leave)
