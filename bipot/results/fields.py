@@ -28,9 +28,9 @@ SINGLE = 1e-20, 1e20
 
 @dataclass(frozen=True)
 class StoredStep:
-    """The stored data of one step: course of the march, forces and gaps of all candidates, their tractions and status.
+    """The stored data of one step: course of the march, contact forces, gaps of candidates, their tractions and status.
 
-    ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, p)
+    ``forces`` (a, d) are those on nodes, ``volume`` (e, q) is that of the integration points, ``poses`` (k, p)
     are those of the tools (:mod:`bipot.tools.poses`).
     """
 
@@ -53,14 +53,14 @@ class StoredStep:
         poses = scene.placed(state.tau, state.translation)
         contacts = system.facing(state.nodes).candidates
         forces = contacts.vectors(ended_forces(system, state), contacts.frames_at(state.nodes, poses))
-        return StoredStep(course, forces, state.gap, tractions, placed.volume, poses)
+        return StoredStep(course, contacts.met.nodal(forces), state.gap, tractions, placed.volume, poses)
 
     @staticmethod
     def after(accepted: Accepted) -> StoredStep:
         """The step of an accepted increment, its tractions on the configuration of equilibrium."""
         solved = accepted.solved
-        increment = solved.iterate.increment
-        forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
+        contacts = solved.iterate.increment.system.candidates
+        forces = contacts.met.nodal(contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames))
         gap, volume = solved.iterate.motion[:, 0], solved.response.kinematics.volume
         return StoredStep(accepted.course, forces, gap, accepted.traction, volume, accepted.poses)
 
@@ -91,7 +91,7 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
     return {
         "displacement": in_space(state.nodes - mesh.nodes),
         "velocity": in_space(state.velocity),
-        "contact_force": in_space(candidates.met.nodal(step.forces)),
+        "contact_force": in_space(step.forces),
         "contact_pressure": scatter(step.tractions.recovered_pressure, np.nan),
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
