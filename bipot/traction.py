@@ -2,7 +2,8 @@ r"""Tractions of contact forces on the contact line, and the status of its point
 
 Where contact is posed in the mean around the ends of edges (:mod:`bipot.contact.sampling`), the forces are those of a
 traction, t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, because the cone is
-convex, sign and cone between them; it falls to zero at the first open point. :func:`tractions` gives it.
+convex, sign and cone between them; it falls to zero at the first open point. :func:`tractions` gives it. So it is at
+deformable tools (:mod:`bipot.tools.facing`), with the area that faces the tool.
 
 Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
 of a tool consists of those current edges of its candidate boundaries that have at least two closed nodes, with
@@ -30,7 +31,8 @@ from numpy.typing import NDArray
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries
-from bipot.contact.sampling import hat_areas
+from bipot.contact.sampling import Points, hat_areas
+from bipot.contact.shear import nodal_areas
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
@@ -106,7 +108,7 @@ def tractions(
         line = np.unique(edges)
         if not line.size:
             continue
-        if candidates.points[number].weighted:
+        if in_means(candidates.points[number]):
             found = multipliers(candidates, number, nodes, r)
         else:
             found = nodal_tractions(nodes[candidates.node], edges, candidates.scene.geometry, r)
@@ -156,19 +158,27 @@ def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
     points = candidates.points[number]
     edges = candidates.number[number][points.edges]
     many = np.where(edges >= 0, closed[edges], False).sum(axis=1) if len(closed) else np.zeros(len(edges))
-    least = 1 if points.weighted else candidates.scene.mesh.dimension
+    least = 1 if in_means(points) else candidates.scene.mesh.dimension
     return (edges >= 0).all(axis=1) & (many >= least)
 
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:
-    """t_p = r_p / int psi_p dA (c, d) at the weighted points of a tool by its ``number``; zero at other candidates."""
-    points, numbers = candidates.points[number], candidates.number[number]
+    """t_p = r_p / int psi_p dA (c, d) at the means of a tool by its ``number``; zero at other candidates."""
+    points, numbers, geometry = candidates.points[number], candidates.number[number], candidates.scene.geometry
     area = np.zeros(len(numbers))
-    np.add.at(area, points.edges, hat_areas(nodes, points.lines, candidates.scene.geometry))
+    shares = hat_areas if points.weighted else nodal_areas
+    np.add.at(area, points.edges, shares(nodes, points.lines, geometry))
+    if points.faced is not None:
+        area *= points.faced.part
     out = np.zeros(r.shape)
-    known = numbers >= 0
+    known = (numbers >= 0) & (area > 0)
     out[numbers[known]] = r[numbers[known]] / area[known, None]
     return out
+
+
+def in_means(points: Points) -> bool:
+    """Whether contact is posed in means at these points."""
+    return points.weighted or points.faced is not None
 
 
 def component(shear: Floats) -> Floats:

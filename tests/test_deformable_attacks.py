@@ -26,6 +26,8 @@ from bipot import (
     together,
 )
 from bipot.results import columns
+from bipot.system import system_of
+from bipot.traction import tractions
 from bipot.typing import Floats
 from tests.deformable import ELASTIC, shifted
 
@@ -59,3 +61,30 @@ def test_recorded_contact_forces_are_those_on_both_sides_where_they_are_now(tmp_
     for number, forces in enumerate(resting):
         told = run.snapshot(number).nodal("contact_force")[:, :2]
         np.testing.assert_allclose(told, forces, atol=1e-5 * np.abs(forces).max())
+
+
+@pytest.mark.parametrize("geometry", [Geometry.PLANE_STRAIN, Geometry.AXISYMMETRIC])
+def test_a_uniform_pressure_is_told_as_such_where_it_ends_within_edges(geometry: Geometry) -> None:
+    """Forces int psi_p dA over what faces the other part, summed up over fine pieces of it."""
+    flat, tool = _slid(0.0), DeformableTool(("up/base",), ("low/top",), 0.1)
+    scene = replace(flat, geometry=geometry, tools=(tool,), supports=(*flat.supports, Support("low/left", 0)))
+    candidates = system_of(scene).candidates
+    x = scene.mesh.nodes[candidates.node]
+    size = 100_000
+    place = 0.3 + (np.arange(size) + 0.5) / size
+    around = 2 * np.pi * place if scene.ring else np.ones(size)
+    area = np.array([np.maximum(1 - np.abs(place - at) * 3.0, 0.0) @ around for at in x[:, 0]]) / size
+    r = np.stack([area, 0.1 * area], axis=1)
+    pressure, shear = tractions(candidates, scene.mesh.nodes, r, area > 0)
+    np.testing.assert_allclose(pressure[area > 0], 1.0, rtol=1e-4)
+    # Nothing slips on the axis.
+    np.testing.assert_allclose(shear[area > 0], np.where(scene.ring & (x[area > 0, 0] == 0), 0.0, 0.1), rtol=1e-4)
+    assert np.isnan(pressure[x[:, 0] > 1.7]).all()
+
+
+def test_a_pressure_at_a_single_point_is_told() -> None:
+    candidates = system_of(_slid(0.0)).candidates
+    r = np.zeros((len(candidates.node), 2))
+    r[2, 0] = 0.25
+    pressure, _ = tractions(candidates, candidates.scene.mesh.nodes, r, r[:, 0] > 0)
+    np.testing.assert_allclose(pressure[1:4], [0.0, 1.0, 0.0], atol=1e-12)

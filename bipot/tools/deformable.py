@@ -74,11 +74,13 @@ class Faced(Nowhere):
     """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d).
 
     ``normals`` n (m, d) are those of the points, ``places`` (m,) the size of the numbers of which z are differences.
+    Of the area around a point the fraction ``part`` (m,) faces the tool.
     """
 
     normals: Floats
     places: Floats
     apart: Floats
+    part: Floats
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""

@@ -36,12 +36,14 @@ CREASE = 0.5
 class Facing:
     """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, 2).
 
-    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node.
+    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. The ``area`` (p,) is
+    int psi_p dA over what faces the other one, of a ring that of a radian.
     """
 
     weights: sp.csr_matrix
     normal: Floats
     apart: Ints
+    area: Floats
 
 
 @dataclass(frozen=True)
@@ -89,7 +91,7 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     by_own, by_other = found.shapes(one.shape[1], other.shape[1])
     point = sides.point[found.one]
     share = np.einsum("sg,sgp->sp", found.weight, psi)
-    area = np.bincount(point.ravel(), share.ravel(), count)
+    area = np.asarray(np.bincount(point.ravel(), share.ravel(), count), np.float64)
     own = np.einsum("sg,sgp,sgk->spk", found.weight, psi, by_own)
     others = -np.einsum("sg,sgp,sgk->spk", found.weight, psi, by_other)
     parts = ((own, one[found.one // (one.shape[1] - 1)]), (others, other[found.other // (other.shape[1] - 1)]))
@@ -109,4 +111,4 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     # Where nothing is faced, normals are those of all edges.
     np.add.at(alone, sides.point, inward[:, None])
     normal[apart] = alone[apart]
-    return Facing(weights, unit(normal), apart)
+    return Facing(weights, unit(normal), apart, area)
