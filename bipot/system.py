@@ -18,6 +18,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.state import State, rest
 from bipot.tensors import norm
+from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, max_abs
 
 
@@ -87,12 +88,19 @@ class System:
         """Whether contact forces may be undetermined: a node has more of them than free unknowns, or two contacts.
 
         Only then does :mod:`bipot.checks.determinacy` test ranks. A weighted point counts at its own node alone, though
-        its mean has others.
+        its mean has others. Means of deformable tools are independent where nodes of the candidates are free.
         """
         contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
         free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]
         forces = 1 + (d - 1) * contacts.tangent_free
-        return not contacts.alone.all() or bool((forces > free).any())
+        return not contacts.alone.all() or bool((forces > free).any()) or self._twice_faced
+
+    @property
+    def _twice_faced(self) -> bool:
+        """Whether a node is on sides of two deformable tools, which then may forbid one motion twice."""
+        tools, mesh = self.body.scene.tools, self.body.scene.mesh
+        sides = [mesh.boundary_nodes(*t.surface, *t.candidates) for t in tools if isinstance(t, DeformableTool)]
+        return len(sides) > 1 and bool((np.unique_counts(np.concatenate(sides)).counts > 1).any())
 
     @cached_property
     def stiffness(self) -> Floats:

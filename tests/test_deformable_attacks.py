@@ -29,7 +29,7 @@ from bipot.results import columns
 from bipot.system import system_of
 from bipot.traction import tractions
 from bipot.typing import Floats
-from tests.deformable import ELASTIC, shifted
+from tests.deformable import ELASTIC, shifted, stack
 
 
 def _slid(by: float, mu: float = 0.3) -> Scene:
@@ -88,3 +88,28 @@ def test_a_pressure_at_a_single_point_is_told() -> None:
     r[2, 0] = 0.25
     pressure, _ = tractions(candidates, candidates.scene.mesh.nodes, r, r[:, 0] > 0)
     np.testing.assert_allclose(pressure[1:4], [0.0, 1.0, 0.0], atol=1e-12)
+
+
+def _on_a_held_side(fine: int, coarse: int) -> Scene:
+    """A block that is pressed onto candidates that supports hold."""
+    mesh = together({"low": block(1.0, 1.0, fine, 1), "up": shifted(block(1.0, 1.0, coarse, 1), 0.0, 1.0)})
+    held = *(Support(f"low/{side}", axis) for side in ("base", "top") for axis in range(2)), Support("up/top", 0)
+    pressed, tool = Prescribed("up/top", 1, -0.01), DeformableTool(("up/base",), ("low/top",), 0.3)
+    return Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, (*held, pressed), (tool,))
+
+
+@pytest.mark.parametrize(("fine", "coarse", "named"), [(6, 2, 7), (2, 6, 0)])
+def test_forces_on_more_held_points_than_the_other_side_has_nodes_are_not_determined(
+    fine: int, coarse: int, named: int
+) -> None:
+    *_, last = march(_on_a_held_side(fine, coarse), Schedule(1), Control(Newton()))
+    assert len(last.solved.undetermined) == named
+
+
+def test_forces_on_sides_that_are_in_touch_twice_are_not_determined() -> None:
+    scene = stack(mu=0.2)
+    (tool,) = scene.tools
+    assert isinstance(tool, DeformableTool)
+    assert next(march(scene, Schedule(1), Control(Newton()))).unique
+    twice = replace(scene, tools=(tool, DeformableTool(tool.candidates, tool.surface, tool.mu)))
+    assert len(next(march(twice, Schedule(1), Control(Newton()))).solved.undetermined) == 10

@@ -47,7 +47,7 @@ def answer(given, x, rigid=None, node=None, position=None, weighted=False, drive
             space=SimpleNamespace(position=np.array(position)),
         ),
         strainless_at=lambda nodes: np.array(rigid, float),
-        candidates=SimpleNamespace(node=np.array(node), weighted=weighted),
+        candidates=SimpleNamespace(node=np.array(node), weighted=weighted, deformable=False),
         shares=True,
     )
     increment = SimpleNamespace(system=system, start=SimpleNamespace(nodes=None))

@@ -4,7 +4,8 @@ Contact *forces* are not determined where the closed contacts of a node have mor
 where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
 rigid motion that the supports allow leaves every closed contact closed, every sticking one at rest, and the slip of
 every sliding one in its direction (in space friction would otherwise turn with the slip). Both are rank tests. Tools
-that forces drive couple the contacts of all nodes: the first test is then made for all contacts together.
+that forces drive couple the contacts of all nodes, and so do means: the first test is then made for all contacts
+together.
 
 Among all positions that obey the law equally well, :mod:`bipot.checks.settling` takes that of least motion.
 
