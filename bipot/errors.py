@@ -90,11 +90,14 @@ class FoldedAnswer(InvertedElement):
 
 
 class NotConverged(BipotError):
-    """The passes of one increment did not reach the tolerances; ``residuals`` holds the measures above their bounds."""
+    """The passes of one increment did not reach the tolerances; ``residuals`` holds the measures above their bounds.
 
-    def __init__(self, message: str, residuals: Any = None) -> None:
+    Where it is known better than to take more increments, ``advice`` is a sentence on what to change.
+    """
+
+    def __init__(self, message: str, residuals: Any = None, advice: str = "") -> None:
         super().__init__(message)
-        self.residuals = residuals
+        self.residuals, self.advice = residuals, advice
 
 
 class Refused(NotConverged):
@@ -104,8 +107,8 @@ class Refused(NotConverged):
     """
 
     def __init__(self, message: str, advice: str = "", *, too_far: bool = False) -> None:
-        super().__init__(message)
-        self.advice, self.too_far = advice, too_far
+        super().__init__(message, advice=advice)
+        self.too_far = too_far
 
 
 class IncrementFailed(BipotError):

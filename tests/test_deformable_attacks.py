@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from bipot import (
     Newton,
     Prescribed,
     Recorder,
+    Refused,
     Scene,
     Schedule,
     ShapedTool,
@@ -25,6 +28,8 @@ from bipot import (
     results,
     together,
 )
+from bipot.checks import refusals
+from bipot.iterate import Iterate
 from bipot.results import columns
 from bipot.system import system_of
 from bipot.traction import tractions
@@ -113,3 +118,31 @@ def test_forces_on_sides_that_are_in_touch_twice_are_not_determined() -> None:
     assert next(march(scene, Schedule(1), Control(Newton()))).unique
     twice = replace(scene, tools=(tool, DeformableTool(tool.candidates, tool.surface, tool.mu)))
     assert len(next(march(twice, Schedule(1), Control(Newton()))).solved.undetermined) == 10
+
+
+@pytest.mark.parametrize(
+    ("sides", "said", "advice"),
+    [
+        (
+            ("low/top", "up/base"),
+            r"sides of tools\[0\] overlap much beside their edges: node \d+ is in el",
+            "finer side",
+        ),
+        (
+            ("up/base", "low/top"),
+            r"sides of tools\[0\] overlap much beside their edges: node \d+ is in el",
+            "finer side",
+        ),
+        (("low/left", "up/right"), r"body goes through itself: node \d+ is in element", "surface and candidates"),
+    ],
+)
+def test_a_corner_that_sinks_into_the_other_part_is_told_by_what_may_be_done(
+    sides: tuple[str, str], said: str, advice: str
+) -> None:
+    scene = replace(_slid(0.0), tools=(DeformableTool(sides[:1], sides[1:], 0.1),))
+    nodes = scene.mesh.nodes.copy()
+    nodes[np.intersect1d(scene.mesh.boundary_nodes("up/base"), scene.mesh.boundary_nodes("up/left")), 1] -= 0.1
+    iterate = SimpleNamespace(increment=SimpleNamespace(system=system_of(scene)), nodes=nodes)
+    with pytest.raises(Refused, match=said) as refused:
+        refusals._refuse_itself(cast(Iterate, iterate))
+    assert advice in refused.value.advice

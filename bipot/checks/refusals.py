@@ -9,6 +9,7 @@ from bipot.contact.closeness import TOUCHES, carries
 from bipot.contact.overlap import least_gap, tool_edges
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
+from bipot.meshes.mesh import Mesh
 from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
@@ -24,6 +25,8 @@ MOST_TURNED = float(np.pi) / 6
 MOST_STRAINED = 1.0
 """The largest equivalent strain of an increment: the midpoint strain then has an error of a tenth. Beyond twice that
 strain the equations have other solutions, in which a freely flowing body turns by a right angle and back."""
+
+FINER = "Refine the mesh there, or make the finer side the candidates."
 
 BOTH_HALVES = (
     "Model the whole body, or give the tool whole, with its own mirror image: it meets both halves of the body."
@@ -127,7 +130,7 @@ def _refuse_passed(iterate: Iterate) -> None:
             depth = deep(iterate.nodes, scene.mesh.around(*names), edges, scene.ring)
             if depth > 0:
                 said = f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges"
-                raise Refused(said, "Refine the mesh there, or make the finer side the candidates.")
+                raise Refused(said, FINER)
 
 
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:
@@ -185,10 +188,24 @@ def _refuse_image(iterate: Iterate) -> None:
 
 def _refuse_itself(iterate: Iterate) -> None:
     """Refuse bodies that go through themselves or their mirror images, with which there is no contact."""
-    found = iterate.increment.system.body.scene.itself.through(iterate.nodes)
-    if found is not None:
-        said = f"the body goes through itself: {found}"
-        raise Refused(
-            said,
-            "End the path before: contact is known with tools alone, between parts with deformable ones.",
-        )
+    scene = iterate.increment.system.body.scene
+    found = scene.itself.through(iterate.nodes)
+    if found is None:
+        return
+    mesh, said = scene.mesh, f"the body goes through itself: {found.words}"
+    advice = "End the path before: contact is known with tools alone, between parts with deformable ones."
+    if found.element is not None:
+        for k, tool in enumerate(scene.tools):
+            if isinstance(tool, DeformableTool) and _both_in(mesh, tool, found.node, found.element):
+                said = f"the sides of tools[{k}] overlap much beside their edges: {found.words}"
+                raise Refused(said, FINER)
+        part = mesh.connected
+        if part[found.element] != part[np.flatnonzero((mesh.elements == found.node).any(axis=1))[0]]:
+            advice = "Let the boundaries that meet there be surface and candidates of a deformable tool."
+    raise Refused(said, advice)
+
+
+def _both_in(mesh: Mesh, tool: DeformableTool, node: int, element: int) -> bool:
+    """Whether a ``node`` is on one side of a tool, and an ``element`` at the other."""
+    sides = (tool.candidates, tool.surface), (tool.surface, tool.candidates)
+    return any(node in mesh.boundary_nodes(*one) and element in mesh.owners(*other) for one, other in sides)

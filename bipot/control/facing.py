@@ -22,6 +22,8 @@ from bipot.typing import Floats
 MOST, MIXED = 30, Anderson(depth=5, weight=1.0)
 """Configurations of one increment, and how the next one is mixed of the last."""
 
+FINER = "Use more increments, or refine the sides where one goes past an end of the other."
+
 POSED = ("equilibrium", "tool_equilibrium", "yield_violation")
 """Measures of an answer of a form that poses another law."""
 
@@ -57,7 +59,7 @@ def solve_facing(
             return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
         past, mixed = MIXED.advance(past, nodes.ravel(), ended.ravel())
         nodes, near_to = mixed.reshape(nodes.shape), Near(here.iterate, solved.r)
-    raise NotConverged("deformable tools and the candidates before them do not rest")
+    raise NotConverged("deformable tools and the candidates before them do not rest", advice=FINER)
 
 
 def _facing(increment: Increment, nodes: Floats) -> Increment:

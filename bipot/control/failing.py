@@ -35,6 +35,8 @@ BLURRED = 1e-4
 NEXT = 4.0
 """A maximum of the load within this many lengths of the failed increment explains the failure."""
 
+DISTORTED = "Use more increments, or a mesh that is less distorted there."
+
 CRUSHED, CONFINED = 0.95, 2.0
 """Part of its volume at rest below which a body that yields is crushed: its mean pressure is then about a twentieth
 of the bulk modulus. Where that is less than CONFINED times the yield stress it may flow freely, as soft foams do."""
@@ -74,7 +76,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     elif _decisive(attempt).form is FormName.UZAWA:
         more = "Raise K_n and K_t: the larger they are, the nearer to the law every pass comes."
     else:
-        more = _rigid_in_volume(increment) or "Use more increments, or a mesh that is less distorted there."
+        more = _rigid_in_volume(increment) or getattr(attempt.last, "advice", "") or DISTORTED
     return IncrementFailed(failed + more, state)
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,6 +45,14 @@ GENERIC = np.array([1.0, np.sqrt(2), np.sqrt(3)])
 
 STEPS = 20
 """Steps of Newton's method; in an element that is not folded a few suffice."""
+
+
+class Through(NamedTuple):
+    """What penetrates what, in ``words``: a ``node`` an ``element``, or, if that is None, a plane of symmetry."""
+
+    words: str
+    node: int
+    element: int | None
 
 
 @dataclass(frozen=True)
@@ -96,17 +105,19 @@ class Itself:
         twice = self.surface[np.append(one[same], other[same])].tolist() if same.size else None
         what = "different places on the surface: merge them, or open a crack between them, whose faces know no contact"
         require(twice is None, "mesh.nodes", f"nodes {twice} at one place", what)
-        found = self.through(self.mesh.nodes)
+        through = self.through(self.mesh.nodes)
+        found = through and through.words
         require(found is None, "mesh", found, "a body no part of which is in another, or beyond a plane of symmetry")
 
-    def through(self, nodes: Floats) -> str | None:
-        """What penetrates what at the positions ``nodes`` (a, d), in words; None if nothing does."""
+    def through(self, nodes: Floats) -> Through | None:
+        """What penetrates what at the positions ``nodes`` (a, d); None if nothing does."""
         for plane, beside in zip(self.mirrors, self.beside, strict=True):
             past = -beside * plane.side(nodes[self.surface])
             # Far from the origin places drift off the plane by their round-off, increment by increment.
             if past.max() > plane.roundoff + DRIFT * np.abs(nodes).max():
                 node = self.surface[np.argmax(past)]
-                return f"node {node} is {past.max():.2g} past {plane.words}, in the body's own mirror image"
+                words = f"node {node} is {past.max():.2g} past {plane.words}, in the body's own mirror image"
+                return Through(words, int(node), None)
         x = nodes[self.surface]
         x += self.beneath * (nodes[self.mesh.elements[self.own]].mean(axis=1) - x)
         number, element = self._boxed(nodes, x)
@@ -115,7 +126,8 @@ class Itself:
         inside = _inside(self.mesh.element, nodes[self.mesh.elements[element]], x[number])
         if not inside.any():
             return None
-        return f"node {self.surface[number[np.argmax(inside)]]} is in element {element[np.argmax(inside)]}"
+        node, within = int(self.surface[number[np.argmax(inside)]]), int(element[np.argmax(inside)])
+        return Through(f"node {node} is in element {within}", node, within)
 
     def _boxed(self, nodes: Floats, x: Floats) -> tuple[Ints, Ints]:
         """Which of the points x (s, d) are in the box of which element (p,), neighbours of their nodes excluded."""
