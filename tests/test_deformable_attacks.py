@@ -103,7 +103,7 @@ def _on_a_held_side(fine: int, coarse: int) -> Scene:
     return Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, (*held, pressed), (tool,))
 
 
-@pytest.mark.parametrize(("fine", "coarse", "named"), [(6, 2, 7), (2, 6, 0)])
+@pytest.mark.parametrize(("fine", "coarse", "named"), [(6, 2, 7), (2, 6, 0), (40, 10, 41), (40, 60, 0)])
 def test_forces_on_more_held_points_than_the_other_side_has_nodes_are_not_determined(
     fine: int, coarse: int, named: int
 ) -> None:

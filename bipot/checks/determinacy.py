@@ -42,6 +42,10 @@ STILL = 1e-9
 RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
 
+FEW, CLEARLY = 30, 1e-10
+"""More rows than these few are first tested, without singular values, for whether their squares are this part of the
+largest, far above that of :data:`RANK`."""
+
 ROUND_OFF = 1e-9
 """The effect of a motion on a row below this fraction of the largest entry of the motions counts as none."""
 
@@ -202,8 +206,17 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
 def _dependent(A: Floats, of: Ints) -> Ints:
     """Contacts whose rows depend linearly on others, of rows (m, n) that belong to the contacts ``of`` (m,)."""
     moved = A[:, np.abs(A).any(axis=0)]
+    if len(A) > FEW and _independent(moved):
+        return of[:0]
     left = null_space(moved.T, rcond=RANK) if moved.size else np.eye(len(A))
     return of[np.abs(left).max(axis=1, initial=0.0) > RANK]
+
+
+def _independent(A: Floats) -> bool:
+    """Whether all rows (m, n) are clearly independent: A Aᵀ, less a part of its largest entry, is positive definite."""
+    rows = sp.csr_array(A)
+    product = rows @ rows.T
+    return definite(sp.csc_matrix(product - CLEARLY * max_abs(product.data) * sp.eye_array(len(A))))
 
 
 def cleaned(moved: Floats, motions: Floats) -> Floats:
