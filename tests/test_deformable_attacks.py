@@ -35,6 +35,7 @@ from bipot.system import system_of
 from bipot.traction import tractions
 from bipot.typing import Floats
 from tests.deformable import ELASTIC, shifted, stack
+from tests.scenes import refused
 
 
 def _slid(by: float, mu: float = 0.3) -> Scene:
@@ -146,3 +147,12 @@ def test_a_corner_that_sinks_into_the_other_part_is_told_by_what_may_be_done(
     with pytest.raises(Refused, match=said) as refused:
         refusals._refuse_itself(cast(Iterate, iterate))
     assert advice in refused.value.advice
+
+
+def test_names_that_two_parts_would_share_are_refused() -> None:
+    """Of two boundaries of one name only the last was kept."""
+    one = block(1.0, 1.0, 1, 1)
+    named = replace(one, boundaries={"b/base": one.boundaries["base"]})
+    refused(lambda: together({"a/b": one, "a": named}), "boundaries and regions of names")
+    inside = replace(one, regions={"b": np.array([0])})
+    refused(lambda: together({"a": inside, "a/b": one}), "boundaries and regions of names")

@@ -16,7 +16,7 @@ def together(meshes: Mapping[str, Mesh]) -> Mesh:
     Boundaries and regions of a part keep their names after its own: ``punch/base``.
 
     Raises:
-        SceneError: no mesh, another type, elements of two kinds.
+        SceneError: no mesh, another type, elements of two kinds, one name for two boundaries or regions.
 
     >>> from bipot.meshes.sections import block
     >>> together({"one": block(1.0, 1.0, 1, 1), "other": block(2.0, 1.0, 2, 1)})
@@ -32,9 +32,12 @@ other/right, other/top; regions one, other)
         require_type(part, str, "meshes, a name")
         require_type(mesh, Mesh, f"meshes[{part!r}]")
         kinds.append(mesh.element.name)
-        boundaries |= {f"{part}/{name}": facets + at for name, facets in mesh.boundaries.items()}
-        regions |= {part: of + np.arange(len(mesh.elements))}
-        regions |= {f"{part}/{name}": members + of for name, members in mesh.regions.items()}
+        own = {f"{part}/{name}": facets + at for name, facets in mesh.boundaries.items()}
+        members = {f"{part}/{name}": members + of for name, members in mesh.regions.items()}
+        twice = sorted({*own} & {*boundaries} | ({part, *members} & {*regions}))
+        require(not twice, f"meshes[{part!r}]", twice[:1], "boundaries and regions of names that no part before has")
+        boundaries |= own
+        regions |= {part: of + np.arange(len(mesh.elements)), **members}
         nodes.append(mesh.nodes)
         elements.append(mesh.elements + at)
         at, of = at + len(mesh.nodes), of + len(mesh.elements)
