@@ -33,7 +33,9 @@ class System:
         """The system whose candidates at deformable tools face what they do where nodes are at ``nodes`` (a, d)."""
         if not self.candidates.deformable:
             return self
-        return replace(self, candidates=candidates(self.body.scene, self.body.space, nodes))
+        # Frames in space follow those at rest.
+        found = candidates(self.body.scene, self.body.space, nodes)
+        return replace(self, candidates=replace(found, like=self.candidates.like or self.candidates))
 
     @cached_property
     def loading(self) -> Loading:

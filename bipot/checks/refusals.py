@@ -14,7 +14,7 @@ from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.pieces import crossed, deep
+from bipot.tools.facing import crossed, deep
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs
@@ -125,7 +125,8 @@ def _refuse_passed(iterate: Iterate) -> None:
             edges = scene.mesh.around(*others)
             found = crossed(nodes, iterate.nodes, scene.mesh.boundary_nodes(*names), edges)
             if found is not None:
-                said = f"node {found[0]} goes through the edge of nodes {found[1]} at tools[{k}]"
+                what = "edge" if scene.mesh.dimension == 2 else "face"
+                said = f"node {found[0]} goes through the {what} of nodes {found[1]} at tools[{k}]"
                 raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
             depth = deep(iterate.nodes, scene.mesh.around(*names), edges, scene.ring)
             if depth > 0:

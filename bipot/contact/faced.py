@@ -10,7 +10,6 @@ from bipot.scene.scene import Scene
 from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
 from bipot.tools.facing import facing
-from bipot.tools.pieces import straights
 from bipot.tools.surfaces import across
 from bipot.typing import Floats
 
@@ -31,7 +30,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
         normal[there] = across(normal[there], plane.normal)
     normal, apart, far = unit(normal), np.zeros(len(x)), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
-    lines = straights(sides.one)
+    lines = sides.lines
     whole, around = np.zeros(len(at)), 2 * np.pi if scene.ring else 1.0
     np.add.at(whole, sides.point, facet_mass(nodes, lines, scene.geometry).sum(axis=2))
     part = np.divide(around * found.area, whole, out=np.zeros_like(whole), where=whole > 0)

@@ -66,7 +66,7 @@ def mirrored(scene: Scene, number: int, own: Points) -> tuple[Bools, Floats]:
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
             there &= _goes_on(scene, own, there, support.along(d))
             left[there] = across(left[there], support.along(d))
-            if own.weighted and d == 3:
+            if (own.weighted or own.faced is not None) and d == 3:
                 within[there] = across(within[there], support.along(d))
     return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within
 

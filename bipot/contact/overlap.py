@@ -27,7 +27,8 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import PLANAR
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.pieces import edge_shapes, edge_slopes, pieces
+from bipot.tools.facing import lowest
+from bipot.tools.pieces import edge_shapes, edge_slopes
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints, read_only
 
@@ -51,7 +52,7 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
         if isinstance(tool, DeformableTool):
             one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
             for sides in ((one, other), (other, one)):
-                deepest = max(deepest, -float(pieces(nodes, *sides, scene.ring).lowest.min(initial=0.0)))
+                deepest = max(deepest, -lowest(nodes, *sides, scene.ring))
             continue
         edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))

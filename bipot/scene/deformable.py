@@ -61,10 +61,11 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     """Refuse a deformable tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: in space; inner edges; nodes in both boundaries, or coefficients at nodes
+        SceneError: of quadratic elements in space; inner edges; nodes in both boundaries, or coefficients at nodes
             of none; candidates in the surface at rest.
     """
-    require(mesh.dimension == 2, "scene.mesh", mesh.element.name, "one of elements in a plane, with a deformable tool")
+    allowed = "of linear elements in space, with a deformable tool: H8 or T4"
+    require(mesh.dimension == 2 or not mesh.element.quadratic, "scene.mesh", mesh.element.name, allowed)
     for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
         inner = mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")

@@ -26,6 +26,11 @@ class Nowhere(Surface):
 
     sides: tuple[Floats, ...]
 
+    @property
+    def dimension(self) -> int:
+        """Number d of coordinates."""
+        return int(self.sides[0].shape[1])
+
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`: out of reach."""
         dimension = x.shape[-1]
@@ -82,6 +87,11 @@ class Faced(Nowhere):
     apart: Floats
     part: Floats
 
+    @property
+    def dimension(self) -> int:
+        """Number d of coordinates."""
+        return int(self.normals.shape[1])
+
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
         straight = np.zeros(x.shape[:-1] + (3, 3) * (x.shape[-1] == 3))
@@ -110,6 +120,8 @@ class DeformableTool(Tool):
     :mod:`bipot.tools.facing`, of the configuration at the end of the increment. Forces are those on the side of the
     candidates; the nodes of the surface bear the opposite ones.
 
+    In space elements are linear.
+
     Raises:
         SceneError: no boundary, one that is in both fields, a coefficient below zero.
     """
@@ -118,9 +130,8 @@ class DeformableTool(Tool):
     candidates: tuple[str, ...]
     mu: float
     mu_at: Mapping[int, float] = field(default_factory=dict)
-    met: Surface = field(default=Nowhere((np.empty((0, 2)),)), repr=False, compare=False)
+    met: Nowhere = field(default=Nowhere((np.empty((0, 2)),)), repr=False, compare=False)
 
-    travel = (0.0, 0.0)
     path = STRAIGHT_ON
     driven_by = None
     sampling = Sampling.NODES
@@ -128,6 +139,7 @@ class DeformableTool(Tool):
     shear_at = FrozenMap[int, float]({})
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "travel", (0.0,) * self.met.dimension)
         object.__setattr__(self, "surface", require_tuple(self.surface, str, "tool.surface"))
         require(len(self.surface) > 0, "tool.surface", self.surface, "at least one mesh boundary")
         self._check()

@@ -20,11 +20,14 @@ leave them a mode in which the corner of a body sinks into the other side, and s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from bipot.tensors import norm, unit
+from bipot.tools import pieces as lines
+from bipot.tools import polygons
 from bipot.tools.pieces import LEAST, edge_shapes, outward, pieces, straights
 from bipot.typing import Floats, Ints
 
@@ -34,7 +37,7 @@ CREASE = 0.5
 
 @dataclass(frozen=True)
 class Facing:
-    """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, 2).
+    """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, d).
 
     Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. The ``area`` (p,) is
     int psi_p dA over what faces the other one, of a ring that of a radian.
@@ -48,67 +51,146 @@ class Facing:
 
 @dataclass(frozen=True)
 class Sides:
-    """Edges ``one`` (f, n) and ``other`` (g, n) that may face each other, which run anticlockwise, nodes of each.
+    """Facets ``one`` (f, n) and ``other`` (g, n) that may face each other, which run anticlockwise, nodes of each.
 
-    The ends of the straight parts of the former are the points ``point`` (f (n - 1), 2), at the nodes ``node`` (p,).
+    ``lines`` (l, k) are the straight parts of edges, or the faces, of the former. Their ends are the points ``point``
+    (l, k), at the nodes ``node`` (p,).
     """
 
     one: Ints
     other: Ints
+    lines: Ints
     point: Ints
     node: Ints
 
     @staticmethod
     def of(nodes: Floats, one: Ints, other: Ints) -> Sides:
-        """With one point a node, or two where the boundary at ``nodes`` (a, 2) turns by more than 60 degrees.
+        """With one point a node, or two where the boundary at ``nodes`` (a, d) turns by more than 60 degrees.
 
-        So it does at the corner of a body, of which one side may touch and the other be far off.
+        So it does at the corner of a body, of which one side may touch and the other be far off. In space faces that
+        share an edge continue into each other, and a fan of such faces has one point.
         """
-        ends = straights(one)
-        out = outward(nodes[ends])
-        # The edge before and after each node, as edges run anticlockwise.
-        number, before = np.arange(len(ends)), np.full(len(nodes), -1)
-        before[ends[:, 1]] = number
-        own = np.where(before[ends[:, 0]] >= 0, before[ends[:, 0]], number)
-        smooth = np.vecdot(out, out[own]) >= CREASE
-        # A point is named by the edge that begins there, or ends there if none goes on from it.
-        begins = np.where(smooth & (own != number), own, -1)
-        names = np.empty(ends.shape, np.intp)
-        names[:, 1] = len(ends) + number
-        names[:, 0] = np.where(begins >= 0, len(ends) + begins, number)
-        _, first, point = np.unique(names, return_index=True, return_inverse=True)
+        ends = straights(one) if nodes.shape[1] == 2 else one
+        name = (_ends if nodes.shape[1] == 2 else _fans)(nodes, ends)
+        _, first, point = np.unique(name, return_index=True, return_inverse=True)
         at = ends.ravel()[first]
         order = np.argsort(at, kind="stable")
-        return Sides(one, other, np.argsort(order)[point].reshape(ends.shape), at[order])
+        return Sides(one, other, ends, np.argsort(order)[point].reshape(ends.shape), at[order])
+
+
+def _ends(nodes: Floats, edges: Ints) -> Ints:
+    """Names (l, 2) of the points at the ends of straight edges (l, 2)."""
+    out = outward(nodes[edges])
+    # The edge before and after each node, as edges run anticlockwise.
+    number, before = np.arange(len(edges)), np.full(len(nodes), -1)
+    before[edges[:, 1]] = number
+    own = np.where(before[edges[:, 0]] >= 0, before[edges[:, 0]], number)
+    smooth = np.vecdot(out, out[own]) >= CREASE
+    # A point is named by the edge that begins there, or ends there if none goes on from it.
+    begins = np.where(smooth & (own != number), own, -1)
+    names = np.empty(edges.shape, np.intp)
+    names[:, 1] = len(edges) + number
+    names[:, 0] = np.where(begins >= 0, len(edges) + begins, number)
+    return names
+
+
+def _fans(nodes: Floats, faces: Ints) -> Ints:
+    """Names (f, k) of the points at the corners of faces (f, k)."""
+    # Imported here because only scenes in space need it.
+    from scipy.sparse.csgraph import connected_components
+
+    place, out = np.arange(faces.size).reshape(faces.shape), polygons.outward(nodes[faces])
+    ahead, here, there = np.roll(place, -1, axis=1).ravel(), faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    # Neighbours run along their common edge in opposite directions: one begins where the other ends.
+    key = np.minimum(here, there) * len(nodes) + np.maximum(here, there)
+    order = np.argsort(key, kind="stable")
+    twice = np.flatnonzero(key[order][1:] == key[order][:-1])
+    a, b = order[twice], order[twice + 1]
+    smooth = np.vecdot(out[a // faces.shape[1]], out[b // faces.shape[1]]) >= CREASE
+    a, b = a[smooth], b[smooth]
+    links = np.concatenate([a, ahead[a]]), np.concatenate([ahead[b], b])
+    graph = sp.coo_array((np.ones(2 * len(a)), links), shape=(faces.size, faces.size))
+    _, name = connected_components(graph, directed=False)
+    return np.asarray(name, np.intp).reshape(faces.shape)
+
+
+class Met(NamedTuple):
+    """Pieces (s,) of ``lines`` (s,) with nodes ``own`` (s, n), before such of the other side with ``others`` (s, n).
+
+    Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g).
+    """
+
+    lines: Ints
+    own: Ints
+    others: Ints
+    psi: Floats
+    mine: Floats
+    its: Floats
+    weight: Floats
+
+    @staticmethod
+    def of(nodes: Floats, sides: Sides, ring: bool) -> Met:
+        """Those where ``nodes`` (a, d) are at their present places."""
+        one, other = sides.one, sides.other
+        if nodes.shape[1] == 3:
+            seen = polygons.polygons(nodes[one], nodes[other])
+            return Met(seen.one, one[seen.one], other[seen.other], seen.mine, seen.mine, seen.its, seen.weight)
+        found = pieces(nodes, one, other, ring)
+        own, others = (of[k // (of.shape[1] - 1)] for of, k in ((one, found.one), (other, found.other)))
+        mine, its = found.shapes(one.shape[1], other.shape[1])
+        return Met(found.one, own, others, edge_shapes(found.xi, 2), mine, its, found.weight)
 
 
 def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
-    """The points of the ``sides`` where ``nodes`` (a, 2) are at their present places; ``ring`` as of :func:`pieces`."""
-    one, other, node = sides.one, sides.other, sides.node
-    found = pieces(nodes, one, other, ring)
+    """The points of the ``sides`` where ``nodes`` (a, d) are at their present places; ``ring`` as of :func:`pieces`."""
+    found, node = Met.of(nodes, sides, ring), sides.node
     count, size = len(node), len(nodes)
-    psi = edge_shapes(found.xi, 2)
-    by_own, by_other = found.shapes(one.shape[1], other.shape[1])
-    point = sides.point[found.one]
-    share = np.einsum("sg,sgp->sp", found.weight, psi)
+    point = sides.point[found.lines]
+    share = np.einsum("sg,sgp->sp", found.weight, found.psi)
     area = np.asarray(np.bincount(point.ravel(), share.ravel(), count), np.float64)
-    own = np.einsum("sg,sgp,sgk->spk", found.weight, psi, by_own)
-    others = -np.einsum("sg,sgp,sgk->spk", found.weight, psi, by_other)
-    parts = ((own, one[found.one // (one.shape[1] - 1)]), (others, other[found.other // (other.shape[1] - 1)]))
-    entries = [(of, *np.broadcast_arrays(point[:, :, None], at[:, None, :])) for of, at in parts]
+    own = np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.mine)
+    others = -np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.its)
+    entries = [
+        (of, *np.broadcast_arrays(point[:, :, None], at[:, None, :]))
+        for of, at in ((own, found.own), (others, found.others))
+    ]
     values, rows, columns = (np.concatenate([part[k].ravel() for part in entries]) for k in range(3))
-    ends = nodes[straights(one)]
-    reach = np.bincount(sides.point.ravel(), np.repeat(norm(ends[:, 1] - ends[:, 0]), 2), count)
-    least = LEAST * reach * (nodes[node, 0].max() if ring else 1.0)
-    apart = np.flatnonzero(area <= least)
+    ends = nodes[sides.lines]
+    out, reach = _measured(ends)
+    least = LEAST * np.bincount(sides.point.ravel(), np.repeat(reach, ends.shape[1]), count)
+    apart = np.flatnonzero(area <= least * (nodes[node, 0].max() if ring else 1.0))
     kept = ~np.isin(rows, apart)
     data = np.concatenate([values[kept] / area[rows[kept]], np.ones(len(apart))])
     place = np.concatenate([rows[kept], apart]), np.concatenate([columns[kept], node[apart]])
     weights = sp.csr_matrix((data, place), shape=(count, size))
     weights.sum_duplicates()
-    normal, alone, inward = np.zeros((count, 2)), np.zeros((count, 2)), -outward(ends)
-    np.add.at(normal, point, share[..., None] * inward[found.one][:, None])
-    # Where nothing is faced, normals are those of all edges.
-    np.add.at(alone, sides.point, inward[:, None])
+    normal, alone = np.zeros((2, count, nodes.shape[1]))
+    np.add.at(normal, point, -share[..., None] * out[found.lines][:, None])
+    # Where nothing is faced, normals are those of all facets.
+    np.add.at(alone, sides.point, -out[:, None])
     normal[apart] = alone[apart]
     return Facing(weights, unit(normal), apart, area)
+
+
+def _measured(ends: Floats) -> tuple[Floats, Floats]:
+    """Outward normals (l, d) and sizes (l,) of lines or faces (l, k, d): lengths, or the area of a square as large."""
+    if ends.shape[2] == 2:
+        return outward(ends), norm(ends[:, 1] - ends[:, 0])
+    return polygons.outward(ends), norm(ends - ends.mean(axis=1, keepdims=True)).max(axis=1) ** 2
+
+
+def lowest(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
+    """The least gap between facets ``one`` (f, n) and ``other`` (g, n) that face each other; 0 if none is below it."""
+    if nodes.shape[1] == 3:
+        return float(polygons.polygons(nodes[one], nodes[other]).lowest.min(initial=0.0))
+    return float(pieces(nodes, one, other, ring).lowest.min(initial=0.0))
+
+
+def deep(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
+    """How deep facets ``one`` (f, n) and ``other`` (g, n) are in each other, 0 up to a quarter of their size."""
+    return polygons.deep(nodes, one, other) if nodes.shape[1] == 3 else lines.deep(nodes, one, other, ring)
+
+
+def crossed(nodes: Floats, moved: Floats, points: Ints, facets: Ints) -> tuple[int, list[int]] | None:
+    """A node of ``points`` (p,) that goes through one of the ``facets`` (f, n) on the way to ``moved`` (a, d)."""
+    return (polygons if nodes.shape[1] == 3 else lines).crossed(nodes, moved, points, facets)

@@ -1,0 +1,242 @@
+"""Pieces of two boundaries in space that face each other, which faces go through each other, and how deep they are.
+
+Faces are triangles or squares. Where two of them overlap, seen along the normal of the mean plane of one, the polygon
+that they have in common is cut into triangles, on which integration is exact. Places on squares are those of their
+bilinear shape functions.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.tensors import norm, unit
+from bipot.tools.plane import cross
+from bipot.typing import Bools, Floats, Ints, max_abs
+
+FACES = -0.1
+"""Largest product of the outward normals of two faces that face each other."""
+
+LEAST = 1e-9
+"""Over the area of a face, a piece no larger than this is none."""
+
+DEPTH = 0.25
+"""Depth behind a face, over its size, that places may have at which means of gaps vanish."""
+
+BLOCK = 2_000_000
+"""Pairs of faces that are looked at together."""
+
+EPS = float(np.finfo(np.float64).eps)
+
+ROUND_OFF = 1e-12
+"""Areas over the square of a side, and sines of angles, that are zero."""
+
+STEPS = 6
+"""The most steps of Newton's method for a place on a square: one is needed on parallelograms."""
+
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+CORNERS, SIDES = (0.22338158967801147, 0.44594849091596489), (0.10995174365532187, 0.09157621350977074)
+RULE = np.array([np.roll([1 - 2 * b, b, b], k) for _, b in (CORNERS, SIDES) for k in range(3)])
+"""Barycentric places (6, 3) on a triangle of a rule that is exact for polynomials of degree four."""
+
+SHARES = np.repeat([CORNERS[0], SIDES[0]], 3)
+"""Its weights (6,) in the mean."""
+
+
+class Polygons(NamedTuple):
+    """Triangles (s,) in which ``one`` face (s,) and the ``other`` (s,) face each other.
+
+    Shape functions ``mine`` (s, g, k) of the one and ``its`` (s, g, l) of the other face at integration points, and
+    their weights (s, g) in int dA. The least gap of the polygon to which the triangle belongs is ``lowest`` (s,).
+    """
+
+    one: Ints
+    other: Ints
+    mine: Floats
+    its: Floats
+    weight: Floats
+    lowest: Floats
+
+
+def outward(corners: Floats) -> Floats:
+    """Outward unit normals (f, 3) of faces (f, k, 3), of their mean plane."""
+    if corners.shape[1] == 3:
+        return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    return unit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
+
+
+def polygons(one: Floats, other: Floats) -> Polygons:
+    """The polygons in which faces ``one`` (f, k, 3) and ``other`` (g, l, 3) face each other.
+
+    Seen along the normals of the former, of several faces before one place the nearest counts, and none that is farther
+    behind it than both are large.
+    """
+    out = outward(one)
+    i, j = _near(one, other, out, outward(other))
+    a, b = (_seen(one[i], of) for of in (one[i], other[j]))
+    height = np.einsum("px,pvx->pv", out[i], other[j] - one[i].mean(axis=1, keepdims=True))
+    ends = _common(a, b[:, ::-1])
+    middle = ends.mean(axis=1, keepdims=True)
+    fans = np.stack([np.broadcast_to(middle, ends.shape), ends, np.roll(ends, -1, axis=1)], axis=2)
+    area = cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0]) / 2
+    whole = _area(a)
+    share = area.sum(axis=1) / whole
+    some = np.flatnonzero(share > LEAST)
+    gaps = np.einsum("pvk,pk->pv", _placed(b[some], np.concatenate([ends, middle], axis=1)[some]), height[some])
+    kept = some[~_hidden(i[some], b[some], middle[some, 0], gaps[:, -1], share[some])]
+    lowest = np.zeros(len(i))
+    lowest[some] = gaps.min(axis=1)
+    piece, corner = np.nonzero(area[kept] > LEAST**2 * whole[kept, None])
+    piece = kept[piece]
+    places = RULE @ fans[piece, corner]
+    weight = area[piece, corner][:, None] * SHARES
+    return Polygons(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
+
+
+def _near(one: Floats, other: Floats, out: Floats, beyond: Floats) -> tuple[Ints, Ints]:
+    """Faces (p,) of either side that may have a polygon in common, by the spheres around them, block by block."""
+    middle = [of.mean(axis=1) for of in (one, other)]
+    reach = [norm(of - mid[:, None]).max(axis=1) for of, mid in zip((one, other), middle, strict=True)]
+    found = list[tuple[Ints, Ints]]()
+    step = max(1, BLOCK // max(1, len(other)))
+    for start in range(0, len(one), step):
+        block = slice(start, start + step)
+        way = middle[1] - middle[0][block, None]
+        height = np.einsum("fgx,fx->fg", way, out[block])
+        beside = norm(way - height[..., None] * out[block, None])
+        both = reach[0][block, None] + reach[1]
+        f, g = np.nonzero((out[block] @ beyond.T < FACES) & (beside < both) & (height > -both))
+        found.append((f + start, g))
+    return np.concatenate([f for f, _ in found]), np.concatenate([g for _, g in found])
+
+
+def _axes(faces: Floats) -> Floats:
+    """Two axes (f, 2, 3) in the mean planes of faces (f, k, 3), anticlockwise seen from outside."""
+    out, along = outward(faces), faces[:, 1] - faces[:, 0]
+    along = unit(along - np.vecdot(along, out)[:, None] * out)
+    return np.stack([along, np.cross(out, along)], axis=1)
+
+
+def _area(corners: Floats) -> Floats:
+    """Areas (p,) of polygons (p, k, 2)."""
+    return np.asarray(cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1) / 2)
+
+
+def _common(a: Floats, b: Floats) -> Floats:
+    """The corners (p, k + l + k l, 2), some more than once, of what a (p, k, 2) and b (p, l, 2) have in common.
+
+    All are convex and run anticlockwise.
+    """
+    edge_a, edge_b = (np.roll(of, -1, axis=1) - of for of in (a, b))
+    way, pairs = b[:, None] - a[:, :, None], a.shape[1] * b.shape[1]
+    det = cross(edge_a[:, :, None], edge_b[:, None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s, t = cross(way, edge_b[:, None]) / det, cross(way, edge_a[:, :, None]) / det
+    scale = norm(edge_a)[:, :, None] * norm(edge_b)[:, None]
+    met = (np.abs(det) > ROUND_OFF * scale) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
+    crossing = a[:, :, None] + np.where(met, s, 0.0)[..., None] * edge_a[:, :, None]
+    points = np.concatenate([a, b, crossing.reshape(len(a), pairs, 2)], axis=1)
+    valid = np.concatenate([_inside(a, b), _inside(b, a), met.reshape(len(a), pairs)], axis=1)
+    first = points[np.arange(len(a)), np.argmax(valid, axis=1)]
+    points = np.where(valid[..., None], points, first[:, None])
+    off = points - points.mean(axis=1, keepdims=True)
+    order = np.argsort(np.arctan2(off[..., 1], off[..., 0]), axis=1)
+    return np.take_along_axis(points, order[..., None], axis=1)
+
+
+def _inside(points: Floats, polygon: Floats) -> Bools:
+    """Which points (p, v, 2) are in convex polygons (p, k, 2), which run anticlockwise, or on their edges."""
+    edges = np.roll(polygon, -1, axis=1) - polygon
+    side = cross(edges[:, None], points[:, :, None] - polygon[:, None])
+    return np.asarray((side >= -ROUND_OFF * (norm(edges) ** 2)[:, None]).all(axis=2))
+
+
+def _hidden(i: Ints, b: Floats, middle: Floats, above: Floats, share: Floats) -> Bools:
+    """Pieces (p,) of the faces ``i`` (p,) behind another one, by their middles (p, 2) at heights ``above`` (p,).
+
+    Other faces are at b (p, k, 2). Only faces that are covered more than once, by the ``share`` (p,) of their area in
+    each piece, have such pieces.
+    """
+    hidden = np.zeros(len(i), dtype=bool)
+    for face in np.flatnonzero(np.bincount(i, share) > 1 + 1e-6):
+        mine = np.flatnonzero(i == face)
+        over = _inside(np.broadcast_to(middle[mine], (len(mine), len(mine), 2)), b[mine, ::-1])
+        hidden[mine] = (over & (above[mine, None] < above[mine])).any(axis=0)
+    return hidden
+
+
+def _placed(corners: Floats, points: Floats) -> Floats:
+    """Shape functions (p, g, k) of plane faces (p, k, 2) at ``points`` (p, g, 2)."""
+    if corners.shape[1] == 3:
+        start, first, second = corners[:, None, 0], corners[:, None, 1], corners[:, None, 2]
+        whole = cross(first - start, second - start)
+        by_first = cross(points - start, second - start) / whole
+        by_second = cross(first - start, points - start) / whole
+        return np.stack([1 - by_first - by_second, by_first, by_second], axis=-1)
+    places = np.zeros_like(points)
+    for _ in range(STEPS):
+        shapes, slopes = _bilinear(places)
+        off = points - shapes @ corners
+        if max_abs(off) <= EPS * max_abs(corners):
+            break
+        J = np.einsum("pgkd,pka->pgad", slopes, corners)
+        places = places + np.linalg.solve(J, off[..., None])[..., 0]
+    return _bilinear(places)[0]
+
+
+def _bilinear(places: Floats) -> tuple[Floats, Floats]:
+    """Shape functions (…, 4) of a square at ``places`` (…, 2), and their derivatives (…, 4, 2)."""
+    factors = (1 + SQUARE * places[..., None, :]) / 2
+    slopes = SQUARE / 2 * factors[..., ::-1]
+    return factors.prod(axis=-1), slopes
+
+
+def crossed(nodes: Floats, moved: Floats, points: Ints, faces: Ints) -> tuple[int, list[int]] | None:
+    """A node of ``points`` (p,) that goes through one of the ``faces`` (f, k), and which, by its nodes.
+
+    All ``nodes`` (a, 3) go straight to where they have ``moved`` (a, 3). What goes from the outer side of a face's mean
+    plane to the inner, and is deeper in the end than :data:`DEPTH` of its size, went through it where it was in it.
+    """
+    before, after = nodes[faces], moved[faces]
+    size = np.sqrt(_area(_seen(after, after)))
+    near = _boxes_meet(nodes, moved, points, before, after)
+    f, p = (of[near] for of in np.broadcast_arrays(np.arange(len(faces))[:, None], points))
+    h, ended = (_height(of[f], x[p]) for of, x in ((before, nodes), (after, moved)))
+    through = (h > 0) & (ended < -DEPTH * size[f])
+    f, p, h, ended = f[through], p[through], h[through], ended[through]
+    t = (h / (h - ended))[:, None]
+    there = (1 - t[..., None]) * before[f] + t[..., None] * after[f]
+    place = _seen(there, ((1 - t) * nodes[p] + t * moved[p])[:, None])
+    wrong = np.flatnonzero(_inside(place, _seen(there, there))[:, 0])
+    return (int(p[wrong[0]]), faces[f[wrong[0]]].tolist()) if wrong.size else None
+
+
+def _boxes_meet(nodes: Floats, moved: Floats, points: Ints, before: Floats, after: Floats) -> Bools:
+    """Which ways of ``points`` (p,) may meet faces (f, k, 3) on their ways, (f, p)."""
+    ways = np.stack([nodes[points], moved[points]], axis=1)
+    faces = np.concatenate([before, after], axis=1)
+    low, high = faces.min(axis=1)[:, None] - ways.max(axis=1), ways.min(axis=1) - faces.max(axis=1)[:, None]
+    return np.asarray((low <= 0).all(axis=2) & (high <= 0).all(axis=2))
+
+
+def _height(faces: Floats, x: Floats) -> Floats:
+    """Heights (s,) of x (s, 3) over the mean planes of faces (s, k, 3)."""
+    return np.vecdot(x - faces.mean(axis=1), outward(faces))
+
+
+def _seen(faces: Floats, x: Floats) -> Floats:
+    """Places (s, v, 2) of x (s, v, 3) in the mean planes of faces (s, k, 3)."""
+    return np.einsum("sax,svx->sva", _axes(faces), x - faces.mean(axis=1, keepdims=True))
+
+
+def deep(nodes: Floats, one: Ints, other: Ints) -> float:
+    """How deep faces ``one`` (f, k) and ``other`` (g, l) of ``nodes`` (a, 3) are in each other; 0 up to :data:`DEPTH`.
+
+    That is over the size of the smaller of two faces, the root of its area.
+    """
+    found = polygons(nodes[one], nodes[other])
+    mine, its = (np.sqrt(_area(_seen(of, of))) for of in (nodes[one], nodes[other]))
+    depth, smaller = -found.lowest, np.minimum(mine[found.one], its[found.other])
+    return float(depth[depth > DEPTH * smaller].max(initial=0.0))
