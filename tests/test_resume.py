@@ -126,6 +126,8 @@ def fuzz_line(folder, *more):
         "0",
         "--solid-regional",
         "0",
+        "--parts",
+        "0",
         "--coulomb",
         "3",
         "--out",

@@ -24,6 +24,7 @@ from studies.independent.between import surface_of
 from studies.independent.contact import TOUCHING
 from studies.independent.data import Contacts, Moment, Setting, Step, mandel_to_full
 from studies.independent.loads import Applied, nodal_loads
+from studies.independent.tools import Rigid
 
 TOGETHER = 1e-9
 """A slip below this fraction of what tool and support move by is none."""
@@ -67,6 +68,22 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
     start, end = accepted.start, accepted.state
     if len(points.node) != len(end.forces):
         raise ValueError(f"{len(end.forces)} contact forces for {len(points.node)} candidates")
+    held = facing(scene, setting, held_nodes(scene, setting), start, end)
+    at = contacts(scene, setting, points, start, end), held, shaped(scene, start, end)
+    return step_at(scene, setting, accepted, largest, *at)
+
+
+def step_at(
+    scene: Scene,
+    setting: Setting,
+    accepted: Accepted,
+    largest: float,
+    candidates: Contacts,
+    held: Contacts,
+    tools: tuple[Rigid, ...] = (),
+) -> Step:
+    """The increment as stored, with these ``candidates`` and ``held`` nodes at its tools."""
+    start, end = accepted.start, accepted.state
     stored: Any = getattr(end, "du", None)
     flow = start.flow
     return Step(
@@ -74,8 +91,8 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         end=_moment(end),
         displacement=end.nodes - start.nodes if stored is None else stored,
         by_difference=stored is None,
-        contacts=contacts(scene, setting, points, start, end),
-        held=facing(scene, setting, held_nodes(scene, setting), start, end),
+        contacts=candidates,
+        held=held,
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
@@ -83,7 +100,7 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         prescribed=(prescribed_at(scene, start.tau), prescribed_at(scene, end.tau)),
         led=led_of(scene, end.tau, start, end),
         balanced=_balanced(scene, setting, start),
-        tools=shaped(scene, start, end),
+        tools=tools,
     )
 
 

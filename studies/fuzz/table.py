@@ -60,6 +60,7 @@ SHOWN = {
     ),
     "regional": ("scenes of several materials", {}),
     "solid regional": ("bodies in space of several materials", {}),
+    "parts": ("scenes of parts that touch each other", {"ring": "rings"}),
     "coulomb": ("discrete problems", {}),
 }
 """By the first words of a kind what it is, and what other words of it say."""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from studies.command import say
 from studies.fuzz.coulomb import judge_coulomb
 from studies.fuzz.judge import judge_regional, judge_scene, judge_shaped
+from studies.fuzz.parts_judge import judge_parts
 from studies.fuzz.row import FAILURES, Row, Table
 from studies.fuzz.solid import judge_solid, judge_solid_regional, judge_solid_shaped
 from studies.pool import completed
@@ -29,6 +30,7 @@ JUDGES: dict[str, Callable[[int], Row]] = {
     "solid shaped": judge_solid_shaped,
     "regional": judge_regional,
     "solid regional": judge_solid_regional,
+    "parts": judge_parts,
     "coulomb": judge_coulomb,
 }
 

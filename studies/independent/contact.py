@@ -101,7 +101,8 @@ def point_stiffness(c: Contacts, nodal: Floats, free: Bools, axes: Floats | None
     the mean opens by one, and with neighbours at rest that costs rho: so much force is a gap or slip of the mean. Of
     one node it is k_a. The law is met for every rho or for none: it is but the scale by which lengths are compared with
     forces, and of means it is larger than that of their nodes.
-    Of held nodes that a tool is driven against it is the stiffness that they would have.
+    Of held nodes that a tool is driven against it is the stiffness that they would have. Of means of two bodies it is
+    1 / sum_a w_a^2 / k_a, what one force on all of them makes them give way.
     """
     node, owner = c.parts.node, c.parts.owner
     along = np.broadcast_to(np.eye(2), (len(node), 2, 2)) if axes is None else axes[node]
@@ -110,7 +111,10 @@ def point_stiffness(c: Contacts, nodal: Floats, free: Bools, axes: Floats | None
     stuck = ~c.parts.any(gives)[owner]
     n = np.einsum("wij,wi->wj", along, components * (free[node] | stuck[:, None]))
     share = np.where(gives | stuck, c.parts.share, 0.0) ** 2
-    return c.parts.sums(share * np.einsum("wi,wij,wj->w", n, nodal[node], n)) / c.parts.sums(share) ** 2
+    stiff = np.einsum("wi,wij,wj->w", n, nodal[node], n)
+    if c.bodies:
+        return 1 / c.parts.sums(np.divide(share, stiff, out=np.zeros_like(share), where=share > 0))
+    return c.parts.sums(share * stiff) / c.parts.sums(share) ** 2
 
 
 def moves(free: Bools, led: Floats, direction: Floats) -> Bools:

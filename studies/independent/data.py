@@ -106,7 +106,7 @@ class Contacts:
 
     ``rubs`` (c,) says if it has friction, with the coefficient ``mu`` (c,), ``cap`` (c,) what the shear yield stress
     lets it carry at the end and ``cap_before`` (c,) at the start, inf where none is asked. ``tool`` (c,) numbers their
-    tools.
+    tools. Where they are means of two ``bodies``, of which one may be far softer, each gives way by its own stiffness.
 
     Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
     end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
@@ -128,6 +128,7 @@ class Contacts:
     cap: Floats | float = np.inf
     cap_before: Floats | float = np.inf
     curved: Curved | None = None
+    bodies: bool = False
 
     @cached_property
     def parts(self) -> Parts:

@@ -1,0 +1,161 @@
+"""Scenes of several parts marched and judged: increments by the independent measures, runs by those in other views.
+
+What faces what, and the means there, are those of :mod:`studies.independent.facing` in the configuration at the end;
+everything else is measured as in scenes of one body. Where a mean vanishes single places overlap: what lies beside is
+not asked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from bipot.scene.scene import Scene
+from bipot.state import State
+from bipot.tools.deformable import DeformableTool
+from bipot.typing import Floats, Ints
+from studies.fuzz.judge import DISAGREEMENT, Ran, broken, energy_error, excuses, known, run
+from studies.fuzz.parts import View, draw_parts, views
+from studies.fuzz.record import reported_unique, setting_of, step_at
+from studies.fuzz.row import Outcome, Row, ended
+from studies.fuzz.scenes import Drawn
+from studies.independent.data import Contacts, Setting
+from studies.independent.facing import Seen, seen
+from studies.independent.increment import Measures, measure
+
+FAR = 1e3
+"""Gap, over the body's size, of what faces nothing."""
+
+
+def judge_parts(seed: int, others: bool = True) -> Row:
+    """The row of a seed's scene of several parts; ``others`` says whether it is run in other views too."""
+    return ended(known("parts", seed, draw_parts, partial(_judged, others=others)))
+
+
+def means(scene: Scene, nodes: Floats) -> list[Seen]:
+    """The points of each tool with nodes at ``nodes`` (a, 2)."""
+    out = []
+    for tool in scene.tools:
+        assert isinstance(tool, DeformableTool)
+        one, other = (_edges(scene, names) for names in (tool.candidates, tool.surface))
+        out.append(seen(scene.mesh.nodes, nodes, one, other, scene.ring))
+    return out
+
+
+def contacts_of(scene: Scene, setting: Setting, end: State) -> Contacts:
+    """All points in the increment to ``end``."""
+    found = means(scene, end.nodes)
+    tool = np.repeat(np.arange(len(found)), [len(of.node) for of in found])
+    node, weights, normal, part = (np.concatenate(of) for of in zip(*(vars(of).values() for of in found), strict=True))
+    mu = [scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)]
+    owner = np.nonzero(weights)[0]
+    apart = np.where(part[owner] > 0, 0.0, np.vecdot(normal, end.nodes[node])[owner] - FAR * setting.size)
+    none = np.zeros((len(owner), 2))
+    rubs = np.ones(len(node), dtype=bool)
+    return Contacts(node, weights, rubs, tool, normal[owner], np.array(mu), apart, apart, none, none, bodies=True)
+
+
+def measured(ran: Ran) -> list[Measures]:
+    """The independent measures of every accepted increment."""
+    setting, largest, energy, out = setting_of(ran.scene), 0.0, 0.0, list[Measures]()
+    nobody = _nobody(len(setting.rest))
+    for accepted in ran.steps:
+        largest = max(largest, float(np.abs(accepted.state.forces).max(initial=0.0)))
+        at = contacts_of(ran.scene, setting, accepted.state), nobody
+        step = step_at(ran.scene, setting, accepted, largest, *at)
+        out.append(measure(setting, replace(step, energy=energy)))
+        energy = max(energy, *map(abs, out[-1].energies))
+    return out
+
+
+def _nobody(count: int) -> Contacts:
+    """No candidates, of a mesh with ``count`` nodes."""
+    none, number, vectors = np.empty(0), np.empty(0, np.intp), np.empty((0, 2))
+    weights, rubs = np.empty((0, count)), np.empty(0, dtype=bool)
+    return Contacts(number, weights, rubs, number, vectors, none, none, none, vectors, vectors)
+
+
+def _edges(scene: Scene, names: tuple[str, ...]) -> Ints:
+    """Edges (f, 2) of boundaries, with the body on their left."""
+    out = []
+    for one, other in np.concatenate([scene.mesh.boundaries[name] for name in names]).tolist():
+        (element,) = np.flatnonzero(
+            (scene.mesh.elements == one).any(axis=1) & (scene.mesh.elements == other).any(axis=1)
+        )
+        around = scene.mesh.elements[element].tolist()
+        follows = around[(around.index(one) + 1) % len(around)] == other
+        out.append((one, other) if follows else (other, one))
+    return np.array(out)
+
+
+def unbalanced(ran: Ran) -> list[str]:
+    """Tools of which the force told is not what the candidates' part is pushed by, in words."""
+    out = []
+    setting = setting_of(ran.scene)
+    for k, accepted in enumerate(ran.steps, 1):
+        c = contacts_of(ran.scene, setting, accepted.state)
+        own = c.parts.share > 0
+        pushed = c.vectors(accepted.state.forces)
+        size = float(np.abs(pushed).sum())
+        for tool, told in enumerate(accepted.tool_forces):
+            off = np.abs(pushed[own & (c.met == tool)].sum(axis=0) - told).max()
+            if off > 1e-9 * size:
+                out.append(f"increment {k}: the force of tools[{tool}] is told {off / size:.1e} wrong")
+    return out
+
+
+def disagreement(base: Ran, other: Ran, view: View) -> tuple[float, float, int]:
+    """Largest difference of contact forces and of displacements over the runs' largest, and of how many increments."""
+    force = view.stress * view.length ** (2 if base.scene.ring else 1)
+    off, size, moved, most, count = 0.0, 0.0, 0.0, 0.0, 0
+    for a, b in zip(base.steps, other.steps, strict=False):
+        if abs(a.state.tau - b.state.tau) > 1e-12 or not (reported_unique(a) and reported_unique(b)):
+            break
+        count += 1
+        mine, theirs = a.tool_forces, b.tool_forces @ view.matrix.T / force
+        off, size = max(off, float(np.abs(mine - theirs).max())), max(size, float(np.abs(a.state.forces).max()))
+        u, v = a.displacement, view.back(b.displacement) / view.length
+        blur = 8 * float(np.finfo(np.float64).eps) * float(np.abs(base.scene.mesh.nodes).max())
+        moved, most = max(moved, float(np.abs(u - v).max()) - blur), max(most, float(np.abs(u).max()))
+    return off / size if size else 0.0, max(moved, 0.0) / most if most else 0.0, count
+
+
+def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
+    base = run(drawn, drawn.scene)
+    found = measured(base)
+    wrong = [
+        f"increment {k}: {what}"
+        for k, (m, e) in enumerate(zip(found, excuses(base), strict=True), 1)
+        for what in broken(m, True, e)
+    ]
+    wrong += unbalanced(base)
+    worst = 0.0
+    for view in views(drawn.scene, row.seed) if others else ():
+        other = run(drawn, view.of(drawn.scene))
+        force, move, count = disagreement(base, other, view)
+        worst = max(worst, force, move)
+        where = f"{view.name}, {count} increments"
+        wrong += [
+            f"{where}: {what}"
+            for m, e in zip(measured(other), excuses(other), strict=True)
+            for what in broken(m, True, e)
+        ][:1]
+        if not force <= DISAGREEMENT:
+            wrong.append(f"{where}: forces differ by {force:.1e}")
+    if wrong:
+        outcome, reason = Outcome.WRONG, "; ".join(wrong[:6])
+    elif base.reason:
+        outcome, reason = Outcome.REFUSED, base.reason
+    else:
+        outcome, reason = Outcome.CERTIFIED, f"energy error {energy_error(found):.1e}"
+    return replace(
+        row,
+        outcome=outcome,
+        reason=reason,
+        increments=len(base.steps),
+        worst_residual=max((m.equilibrium for m in found), default=0.0),
+        worst_law=max((m.law for m in found), default=0.0),
+        worst_disagreement=worst,
+    )

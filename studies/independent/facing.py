@@ -1,0 +1,152 @@
+r"""What a boundary of straight edges faces, written a second time for the fuzz study: nothing of the library.
+
+At each place x(s) of an edge of the one boundary the nearest of the places y is faced, along the edge's normal m, that
+are on edges of the other one whose normals are against m, m . m' < -1/10. Those farther behind x than both edges are
+long are left out, and those of which a third edge of the one boundary, that turns away from x, is between. Points are
+the nodes of the one boundary, two where it turns by more than 60 degrees at rest, with hats psi over their edges, and
+
+    w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,    n_p ~ -int psi_p m dA
+
+over what faces anything. The integrals are sums over intervals of s between all ends seen, and all crossings of two
+edges, by Gauss' rule of four points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from studies.independent.element import Bools, Floats, Ints
+
+AGAINST, TURN = -0.1, np.deg2rad(60.0)
+"""The largest m . m' of what is faced, and the largest turn at a point."""
+
+NOTHING = 1e-9
+"""A point faces nothing if what does is no longer than this part of its edges."""
+
+FOUR = np.polynomial.legendre.leggauss(4)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Points p at a ``node`` (p,) by the ``weights`` (p, a), with the ``normal`` (p, 2) into the body.
+
+    Of the area around them the fraction ``part`` (p,) faces anything; where none does, the weights are their nodes'.
+    """
+
+    node: Ints
+    weights: Floats
+    normal: Floats
+    part: Floats
+
+
+def points(rest: Floats, edges: Ints) -> tuple[Ints, Ints]:
+    """The node (p,) of each point of ``edges`` (f, 2), which run anticlockwise, and the points (f, 2) of their ends.
+
+    They are in the order of their nodes; of two at a node that of the edge which begins there is first.
+    """
+    node, at = list[int](), np.empty(edges.shape, dtype=np.intp)
+    along = rest[edges[:, 1]] - rest[edges[:, 0]]
+    for a in np.unique(edges):
+        begins, ends = np.flatnonzero(edges[:, 0] == a), np.flatnonzero(edges[:, 1] == a)
+        if begins.size and ends.size:
+            one, other = along[ends[0]], along[begins[0]]
+            turns = abs(np.arctan2(one[0] * other[1] - one[1] * other[0], one @ other)) > TURN
+        else:
+            turns = False
+        at[begins, 0] = len(node)
+        node.append(int(a))
+        if turns:
+            node.append(int(a))
+        at[ends, 1] = len(node) - 1
+    return np.array(node, dtype=np.intp), at
+
+
+def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool) -> Seen:
+    """The points of edges ``one`` (f, 2) that face edges ``other`` (g, 2), with nodes at ``nodes`` (a, 2)."""
+    node, at = points(rest, one)
+    weights, normal, free = np.zeros((len(node), len(nodes))), np.zeros((len(node), 2)), np.zeros((len(node), 2))
+    area, whole = np.zeros(len(node)), np.zeros(len(node))
+    x, y = nodes[one], nodes[other]
+    outer, facing = (_normals(of) for of in (x, y))
+    for i, (start, end) in enumerate(x):
+        t, length = (end - start) / np.linalg.norm(end - start), float(np.linalg.norm(end - start))
+        s, h = ((y - start) @ t) / length, (y - start) @ outer[i]
+        chosen = (facing @ outer[i] < AGAINST) & (
+            h.min(axis=1) + length + np.linalg.norm(y[:, 1] - y[:, 0], axis=1) > 0
+        )
+        s, h, k = s[chosen], h[chosen], np.flatnonzero(chosen)
+        cuts = np.unique(np.clip(np.concatenate([[0.0, 1.0], s.ravel(), _crossings(s, h)]), 0.0, 1.0))
+        for low, high in pairwise(cuts.tolist()):
+            hats, parts = _hats(low, high, start, end, length, axisymmetric)
+            whole[at[i]] += parts
+            free[at[i]] -= outer[i]
+            nearest = _nearest(s, h, (low + high) / 2, start, t * length, outer, x, i)
+            if nearest is None:
+                continue
+            place, weight = hats
+            eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])
+            area[at[i]] += parts
+            normal[at[i]] -= parts[:, None] * outer[i]
+            for p, psi in zip(at[i], (1 - place, place), strict=True):
+                weights[p, one[i]] += np.array([weight * psi @ (1 - place), weight * psi @ place])
+                weights[p, other[k[nearest]]] -= np.array([weight * psi @ (1 - eta), weight * psi @ eta])
+    faces: Bools = area > NOTHING * whole
+    weights[faces] /= area[faces, None]
+    weights[~faces] = np.eye(len(nodes))[node[~faces]]
+    normal = np.where(faces[:, None], normal, free)
+    return Seen(node, weights, normal / np.linalg.norm(normal, axis=1)[:, None], np.where(faces, area / whole, 0.0))
+
+
+def _normals(x: Floats) -> Floats:
+    """Outer ones (f, 2) of edges (f, 2, 2) with the body on the left."""
+    along = x[:, 1] - x[:, 0]
+    return np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+
+
+def _crossings(s: Floats, h: Floats) -> Floats:
+    """Places where edges over s (k, 2) at the heights h (k, 2) are equally high."""
+    slope = (h[:, 1] - h[:, 0]) / (s[:, 1] - s[:, 0])
+    base = h[:, 0] - slope * s[:, 0]
+    i, j = np.triu_indices(len(s), 1)
+    apart = slope[i] != slope[j]
+    return (base[j] - base[i])[apart] / (slope[i] - slope[j])[apart]
+
+
+def _hats(
+    low: float, high: float, start: Floats, end: Floats, length: float, axisymmetric: bool
+) -> tuple[tuple[Floats, Floats], Floats]:
+    """Places and weights (4,) of the rule on an interval of an edge, and the integrals (2,) of its two hats."""
+    place, weight = low + (high - low) * (FOUR[0] + 1) / 2, FOUR[1] * (high - low) / 2 * length
+    if axisymmetric:
+        weight = weight * (start[0] + place * (end[0] - start[0]))
+    return (place, weight), np.array([weight @ (1 - place), weight @ place])
+
+
+def _nearest(
+    s: Floats, h: Floats, at: float, start: Floats, along: Floats, outer: Floats, x: Floats, own: int
+) -> int | None:
+    """Which of the edges over s (k, 2) at heights h (k, 2) the place ``at`` of the edge ``own`` of x (f, 2, 2) sees."""
+    over = np.flatnonzero((s.min(axis=1) < at) & (at < s.max(axis=1)))
+    if not over.size:
+        return None
+    height = h[over, 0] + (at - s[over, 0]) / (s[over, 1] - s[over, 0]) * (h[over, 1] - h[over, 0])
+    place, kept = start + at * along, np.ones(len(over), dtype=bool)
+    for k, depth in enumerate(-height):
+        if depth > 0:
+            kept[k] = not _behind(place, -outer[own], depth, x[outer @ outer[own] < AGAINST])
+    over, height = over[kept], height[kept]
+    return int(over[np.argmin(height)]) if over.size else None
+
+
+def _behind(place: Floats, way: Floats, depth: float, x: Floats) -> bool:
+    """Whether one of the edges x (f, 2, 2) is met on the ``way`` from a place, before the ``depth``."""
+    for a, b in x:
+        matrix = np.column_stack([way, a - b])
+        if abs(np.linalg.det(matrix)) > 0:
+            far, s = np.linalg.solve(matrix, a - place)
+            if 0 < far < depth and 0 <= s <= 1:
+                return True
+    return False

@@ -1,0 +1,74 @@
+"""Scenes of several parts in the fuzz study: draws, views, what is faced, and planted errors."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot import DeformableTool, Element
+from bipot.tools.facing import facing
+from studies.fuzz import parts_judge
+from studies.fuzz.judge import Ran, broken, run
+from studies.fuzz.parts import View, draw_parts, views
+from studies.fuzz.row import Outcome
+from studies.independent.facing import seen
+from tests.deformable import pressed, stack
+from tests.scenes import with_course
+
+SLIDING = 51
+"""Seed of a scene with friction, of two parts that slide."""
+
+
+def test_scenes_are_of_two_or_three_parts_and_are_always_the_same():
+    scenes = [draw_parts(seed).scene for seed in range(40)]
+    assert {len(scene.tools) for scene in scenes} == {1, 2}
+    assert {scene.mesh.element for scene in scenes} == {Element.T3, Element.Q4}
+    assert any(scene.ring for scene in scenes)
+    assert scenes[3] == draw_parts(3).scene
+
+
+def test_what_is_faced_is_what_the_library_faces_in_any_configuration():
+    rng = np.random.default_rng(0)
+    for scene in (pressed(), stack(5, 3)):
+        (tool,) = scene.tools
+        assert isinstance(tool, DeformableTool)
+        sides = tool.sides(scene.mesh)
+        nodes = scene.mesh.nodes + rng.uniform(-0.02, 0.02, scene.mesh.nodes.shape) + np.array([0.1, 0.0])
+        found = seen(scene.mesh.nodes, nodes, sides.one, sides.other, scene.ring)
+        library = facing(nodes, sides, scene.ring)
+        np.testing.assert_array_equal(found.node, sides.node)
+        np.testing.assert_allclose(found.weights, library.weights.toarray(), atol=1e-13)
+        np.testing.assert_allclose(found.normal, library.normal, atol=1e-13)
+
+
+def test_views_come_back_to_the_scene():
+    scene = draw_parts(SLIDING).scene
+    for view in (*views(scene, 1), View("all", 10.0, 1e3, mirrored=True, angle=0.3, order=4)):
+        there = view.of(scene)
+        np.testing.assert_allclose(view.back(there.mesh.nodes) / view.length, scene.mesh.nodes, rtol=1e-9, atol=1e-12)
+        boundary, same = there.mesh.boundary_nodes("low/top"), scene.mesh.boundary_nodes("low/top")
+        np.testing.assert_array_equal(np.sort(view.numbers(len(scene.mesh.nodes))[boundary]), same)
+
+
+def _found(ran):
+    return [what for m in parts_judge.measured(ran) for what in broken(m, True)]
+
+
+def test_planted_errors_are_found():
+    drawn = draw_parts(SLIDING)
+    ran = run(drawn, drawn.scene)
+    assert not ran.reason
+    assert _found(ran) == parts_judge.unbalanced(ran) == []
+    last, (tool,) = ran.steps[-1], ran.scene.tools
+    less = replace(ran.scene, tools=(replace(tool, mu=0.99 * tool.mu),))
+    assert any(what.startswith("law") for what in _found(Ran(less, ran.steps, "")))
+    pushed = with_course(last, state=replace(last.state, forces=1.001 * last.state.forces))
+    assert any(what.startswith("equilibrium") for what in _found(replace(ran, steps=[*ran.steps[:-1], pushed])))
+    assert parts_judge.unbalanced(replace(ran, steps=[pushed]))
+
+
+@pytest.mark.parametrize("seed", [2, 20, 51])
+def test_such_scenes_are_certified(seed):
+    row = parts_judge.judge_parts(seed, others=seed == 20)
+    assert row.outcome is Outcome.CERTIFIED, row.reason
+    assert row.kind.split()[0] == "parts"
