@@ -48,7 +48,8 @@ class ContactFields:
     """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, caps, tied, stiffness (c,).
 
     ``largest`` is the largest force of the run so far, ``present`` that at the start or end of the increment, ``blur``
-    (c,) the round-off of the motion, and ``inside`` the depth in a tool of held nodes, which are no contacts.
+    (c,) the round-off of the motion, ``placed`` (c,) that of gaps at the start which are not stored but differences of
+    places, and ``inside`` the depth in a tool of held nodes, which are no contacts.
     """
 
     r: Floats
@@ -60,6 +61,7 @@ class ContactFields:
     largest: float
     present: float
     blur: Floats
+    placed: Floats | float = 0.0
     inside: float = 0.0
 
     @property
@@ -208,8 +210,9 @@ def certify(
     # Where nothing may touch there is no contact force with round-off.
     unsure = balance.blur if len(contact.r) else 0.0
     # Of a contact's motion, as much as this may be what the round-off of forces moves it by.
-    blur = contact.blur + np.minimum(norm(contact.motion), unsure / contact.stiffness)
-    law_blur = unsure + float((contact.stiffness * contact.blur).max(initial=0.0))
+    told = contact.blur + contact.placed
+    blur = told + np.minimum(norm(contact.motion), unsure / contact.stiffness)
+    law_blur = unsure + float((contact.stiffness * told).max(initial=0.0))
     law = float(norm(law_residual(contact)).max(initial=0.0))
     gap, gap_blur = contact_gap + material_gap, vdot(norm(contact.r), blur) + balance.blur * float(moved.sum())
     # Ties have no cone.

@@ -11,6 +11,7 @@ import pytest
 
 from bipot import (
     Accepted,
+    Amplitude,
     Circle,
     Control,
     DeformableTool,
@@ -156,3 +157,16 @@ def test_names_that_two_parts_would_share_are_refused() -> None:
     refused(lambda: together({"a/b": one, "a": named}), "boundaries and regions of names")
     inside = replace(one, regions={"b": np.array([0])})
     refused(lambda: together({"a": inside, "a/b": one}), "boundaries and regions of names")
+
+
+@pytest.mark.parametrize("away", [0.0, 100.0])
+@pytest.mark.parametrize("mu", [0.0, 0.2])
+def test_parts_that_are_pressed_and_then_held_stay_as_they_are(mu: float, away: float) -> None:
+    """Gaps at the start are those of places: in an increment without motion their round-off was work."""
+    scene = stack(mu=mu)
+    held = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
+    supports = tuple(replace(s, amplitude=held) if isinstance(s, Prescribed) else s for s in scene.supports)
+    scene = replace(scene, supports=supports, mesh=shifted(scene.mesh, away, away))
+    _, pressed, *_, last = march(scene, Schedule(4), Control(Newton()))
+    np.testing.assert_allclose(last.tool_forces, pressed.tool_forces, rtol=1e-6, atol=1e-4)
+    assert last.passes <= 2

@@ -7,8 +7,8 @@ The round-off of the internal forces is that of their own assembly,
 summed at the node where it is largest, with ``moved`` the sum of the increment's lengths: the largest displacement, the
 longest travel of a tool within reach, and the motion that forces may give to tools. It stands for the scale of an
 unstressed body. The round-off of a contact's motion is eps times ``moved`` plus its gap, if that is shorter than
-``moved``. Where ten times an estimate from the largest stress and the mesh at rest is far below every bound, the
-estimate replaces the sum.
+``moved``, and, where its gap at the start follows from places, eps times those. Where ten times an estimate from the
+largest stress and the mesh at rest is far below every bound, the estimate replaces the sum.
 """
 
 from __future__ import annotations
@@ -109,8 +109,19 @@ class Examined:
             present=max(present, max_abs(self.response.state.forces)),
             # The gap of a candidate far from its tool is never small, and its round-off does not matter.
             blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+            placed=EPS * _places(self.increment),
             inside=self.increment.driven_into.depth,
         )
+
+
+def _places(increment: Increment) -> Floats:
+    """The size (c,) of the places of which gaps at the start are differences, at deformable tools; zero at others."""
+    contacts = increment.system.candidates
+    out = np.zeros(len(contacts.node))
+    for points, number in zip(contacts.points, contacts.number, strict=True):
+        if points.faced is not None:
+            out[number[number >= 0]] = points.faced.places[number >= 0]
+    return out
 
 
 def driving(iterate: Iterate, r: Floats) -> Floats:
