@@ -42,8 +42,8 @@ def test_a_uniform_pressure_passes_meshes_that_do_not_match(element, mu):
     assert np.ptp(stress, axis=(0, 1)).max() < 1e-6 * np.abs(stress).max()
 
 
-def ring(element, n, gap):
-    """Quarters of rings between r = 0.5, 1 and 1.5 under a pressure on both sides, with this ``gap`` between them."""
+def ring(element, n):
+    """Quarters of rings between r = 0.5, 1 and 1.5 under a pressure on both sides."""
 
     def around(mesh, radius):
         r, turn = mesh.nodes.T + np.array([[radius], [0.0]])
@@ -51,7 +51,7 @@ def ring(element, n, gap):
 
     parts = {
         "in": around(block(0.5, 1.0, n, 2 * n).to(element), 0.5),
-        "out": around(block(0.5, 1.0, n, 3 * n).to(element), 1.0 + gap),
+        "out": around(block(0.5, 1.0, n, 3 * n).to(element), 1.0),
     }
     return Scene(
         mesh=together(parts),
@@ -64,10 +64,13 @@ def ring(element, n, gap):
 
 
 def test_a_curved_interface_of_quadratic_edges_bears_a_uniform_pressure():
-    """Polygons leave gaps of second order, which cost a pressure that alternates by 2 %; parabolas do not."""
+    """Polygons leave gaps of second order, which cost a pressure that alternates by 2 %; parabolas do not.
+
+    They differ by 1e-7 of the radius at rest, as the meshes do.
+    """
     errors = {}
     for element in (Element.Q4, Element.Q8):
-        *_, last = march(ring(element, 4, 1e-5 * element.quadratic), Schedule(2), NEWTON)
+        *_, last = march(ring(element, 4), Schedule(2), NEWTON)
         of = last.solved.iterate.increment.system.body.scene.mesh.region("in")
         stress = last.state.stress[of]
         errors[element] = np.ptp(stress[..., 0]) / np.abs(stress[..., 0]).mean()

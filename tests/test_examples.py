@@ -295,3 +295,14 @@ def test_a_punch_that_gives_way_presses_a_little_less(run):
     (_, rigid, none), (_, hard, shallow), (_, soft, deep) = rows
     assert none == 0 < shallow < deep
     assert 0.99 * rigid < soft < hard < rigid
+
+
+def test_a_roller_goes_half_as_far_as_the_plate_on_it(run):
+    *_, last = run("roller", travel=0.6, elements=4, increments=5)
+    mesh = last.solved.iterate.increment.system.body.scene.mesh
+    moved = (last.state.nodes - mesh.nodes)[np.unique(mesh.elements[mesh.region("roller")])]
+    assert moved[:, 0].mean() == pytest.approx(0.3, rel=2e-3)
+    along, across = last.tool_force(1)
+    # A round roller would bear none; on four elements a side its edges leave up to a quarter of what friction could bear.
+    assert abs(along) < 0.25 * 0.3 * abs(across)
+    np.testing.assert_allclose(last.tool_force(0), -last.tool_force(1), atol=1e-5 * abs(across))
