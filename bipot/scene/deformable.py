@@ -6,13 +6,18 @@ import numpy as np
 
 from bipot.errors import require
 from bipot.meshes.mesh import Mesh
+from bipot.tensors import norm
 from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.facing import facing
 from bipot.tools.tool import Sampling
-from bipot.typing import Ints
+from bipot.typing import Floats, Ints
 
 INSIDE = 1e-9
 """Depth of candidates in a deformable tool at rest, over the body's size, up to which it is round-off."""
+
+CURVED = 1e-3
+"""The same over the height of curved edges, up to which parabolas through nodes on one curve differ: of order four in
+the size of edges, while heights are of order two."""
 
 
 def require_joined(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
@@ -80,4 +85,10 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     gap[found.apart] = 0.0
     deep = int(np.argmin(gap))
     off = f"off the tool's surface, not {-gap[deep]:.3g} in it at node {sides.node[deep]}"
-    require(gap[deep] >= -INSIDE * mesh.size, f"{label}.candidates", tool.candidates, off)
+    allowed = INSIDE * mesh.size + CURVED * max(_height(mesh.nodes[side]) for side in (sides.one, sides.other))
+    require(gap[deep] >= -allowed, f"{label}.candidates", tool.candidates, off)
+
+
+def _height(edges: Floats) -> float:
+    """The largest distance of middle nodes from the middle between the ends of edges (f, n, d)."""
+    return float(norm(edges[:, 1] - (edges[:, 0] + edges[:, 2]) / 2).max()) if edges.shape[1:] == (3, 2) else 0.0
