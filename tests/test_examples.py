@@ -303,6 +303,6 @@ def test_a_roller_goes_half_as_far_as_the_plate_on_it(run):
     moved = (last.state.nodes - mesh.nodes)[np.unique(mesh.elements[mesh.region("roller")])]
     assert moved[:, 0].mean() == pytest.approx(0.3, rel=2e-3)
     along, across = last.tool_force(1)
-    # A round roller would bear none; on four elements a side its edges leave up to a quarter of what friction could bear.
+    # A round roller would bear none; on four elements a side its edges leave up to a quarter of mu.
     assert abs(along) < 0.25 * 0.3 * abs(across)
     np.testing.assert_allclose(last.tool_force(0), -last.tool_force(1), atol=1e-5 * abs(across))
