@@ -9,7 +9,8 @@ of the facet's area in the configuration of equilibrium:
     at nodes    int N_p dA (on straight quadratic edges 1, 4, 1 sixths of the length, and 0 on the axis); on facets
                 where one of these is negative, as at corners of quadratic faces or with a middle node out of place,
                 max(int N_p dA, 0) times a factor that keeps the sum,
-    weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`).
+    weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`),
+    deformable  int N_p dA on the straight parts of edges or on faces, times the part of it that faces the other side.
 
 A facet counts to the extent that it lies on the tool, w_e = min(max(1 - s/LIES, 0), 1), with s the slope by which it
 leaves the tool. For an edge of length h, s = g/h with g the largest gap of its points. For a face s is the slope of the
@@ -59,16 +60,22 @@ def caps(
         if not tool.capped:
             continue
         candidate, lines = candidates.number[number], points.lines
-        areas = hat_areas if points.weighted else nodal_areas
-        boundary = np.unique(lines)
-        gaps = np.zeros(len(nodes))
-        gaps[boundary] = tool.distance(nodes[boundary], pose)
-        gap = np.asarray(points.weights @ gaps)[points.edges]
-        # All means are at the ends of facets.
-        at, outer = (lines[:, ends], np.arange(len(ends))) if points.weighted else (lines, ends)
-        strong = lying(nodes[at], gap, outer) * k[scene.mesh.owners(*tool.candidates)]
+        areas = (hat_areas if points.weighted else nodal_areas)(balanced, lines, scene.geometry)
+        if points.faced is None:
+            boundary = np.unique(lines)
+            gaps = np.zeros(len(nodes))
+            gaps[boundary] = tool.distance(nodes[boundary], pose)
+            gap = np.asarray(points.weights @ gaps)[points.edges]
+        else:
+            gap = candidates.distance(nodes, placed)[candidate][points.edges]
+            areas *= points.faced.part[points.edges]
+        # All means are at the ends of facets; deformable tools have the straight parts of edges.
+        at = lines[:, ends] if points.weighted else lines
+        outer = ends if at.shape[1] > len(ends) else np.arange(at.shape[1])
+        owners = scene.mesh.owners(*tool.candidates)
+        strong = lying(nodes[at], gap, outer) * k[np.repeat(owners, len(lines) // len(owners))]
         total = np.zeros(len(candidate))
-        np.add.at(total, points.edges, strong[:, None] * areas(balanced, lines, scene.geometry))
+        np.add.at(total, points.edges, strong[:, None] * areas)
         carried[candidate[candidate >= 0]] = total[candidate >= 0]
     bounded = np.isfinite(candidates.shear)
     return np.where(bounded, np.where(bounded, candidates.shear, 0.0) * carried, np.inf)

@@ -85,7 +85,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     if tool.turn is not None:
         require(not body.geometry.reduction.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
     _require_driven(body, tool, x, label)
-    _require_coefficients(body, tool, label)
+    require_coefficients(body, tool, label)
 
 
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
@@ -181,7 +181,7 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
         require(depth <= INSIDE * body.mesh.size, f"{label}.{field}", value, off)
 
 
-def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
+def require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
     """Require coefficients at candidates only, and caps only with materials that flow."""
     edges = body.mesh.edges(*tool.candidates)
     points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, body.mesh.element.ends])

@@ -28,7 +28,7 @@ from bipot.scene.between_faces import Skin
 from bipot.scene.calipers import Calipers
 from bipot.scene.deformable import require_facing, require_joined, require_nodes
 from bipot.scene.drives import Drives
-from bipot.scene.fitting import Fitted, require_fitting
+from bipot.scene.fitting import Fitted, require_coefficients, require_fitting
 from bipot.scene.holding import Directions, Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure, Traction, magnitude
@@ -98,6 +98,7 @@ class Scene:
         for k, tool in enumerate(self.tools):
             if isinstance(tool, DeformableTool):
                 require_facing(self.mesh, self.ring, tool, f"tools[{k}]")
+                require_coefficients(fitted, tool, f"tools[{k}]")
             else:
                 require_fitting(fitted, tool, f"tools[{k}]")
         require_mirrored(self.planes, self.mesh, self.geometry, self.tools, self.loads)

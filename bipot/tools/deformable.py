@@ -17,7 +17,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.tools.facing import Sides
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
-from bipot.typing import Bools, Floats, FrozenMap, Vector
+from bipot.typing import Bools, Floats, Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +117,9 @@ class DeformableTool(Tool):
 
     Nodes of the boundaries ``candidates``, which have no node in common with these, may touch them, with the Coulomb
     coefficient ``mu``, or ``mu_at`` of the node where given; ``mu = inf`` welds. The law is posed in the means of
-    :mod:`bipot.tools.facing`, of the configuration at the end of the increment. Forces are those on the side of the
-    candidates; the nodes of the surface bear the opposite ones.
+    :mod:`bipot.tools.facing`, of the configuration at the end of the increment. Friction is capped by ``shear`` times
+    the shear yield stress on the side of the candidates, or ``shear_at`` of the node (:mod:`bipot.contact.shear`).
+    Forces are those on the side of the candidates; the nodes of the surface bear the opposite ones.
 
     In space elements are linear.
 
@@ -130,13 +131,13 @@ class DeformableTool(Tool):
     candidates: tuple[str, ...]
     mu: float
     mu_at: Mapping[int, float] = field(default_factory=dict)
+    shear: float = math.inf
+    shear_at: Mapping[int, float] = field(default_factory=dict)
     met: Nowhere = field(default=Nowhere((np.empty((0, 2)),)), repr=False, compare=False)
 
     path = STRAIGHT_ON
     driven_by = None
     sampling = Sampling.NODES
-    shear = math.inf
-    shear_at = FrozenMap[int, float]({})
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "travel", (0.0,) * self.met.dimension)

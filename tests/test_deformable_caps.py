@@ -1,0 +1,93 @@
+"""Friction between parts that is capped by the shear yield stress of one of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Amplitude,
+    Control,
+    DeformableTool,
+    Dissipation,
+    Element,
+    Geometry,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    Support,
+    Tangent,
+    block,
+    brick,
+    march,
+    together,
+)
+from tests.deformable import STEEL, pressed, shifted
+from tests.scenes import refused
+
+K = 300 / np.sqrt(3)
+
+
+def dragged(element=Element.Q4, mu=5.0, m=0.3, go=0.5):
+    """A block of 1 by 1, or a cube, is pressed and dragged over a longer one."""
+    if element is Element.H8:
+        low, up, geometry = (
+            brick(3.0, 1.0, 0.5, 5, 2, 1),
+            shifted(brick(1.0, 1.0, 0.5, 3, 3, 1), 0.5, 0.0, 0.5),
+            Geometry.SOLID,
+        )
+    else:
+        low, up = block(3.0, 0.5, 8, 1, element=element), shifted(block(1.0, 0.5, 3, 1, element=element), 0.5, 0.5)
+        geometry = Geometry.PLANE_STRAIN
+    d = low.dimension
+    supports = (
+        *(Support("low/base", k) for k in range(d)),
+        *(Support("up/top", k) for k in range(1, d - 1)),
+        Prescribed("up/top", d - 1, -0.001, Amplitude(((0, 0), (0.2, 1), (1, 1)))),
+        Prescribed("up/top", 0, go, Amplitude(((0, 0), (0.2, 0), (1, 1)))),
+    )
+    tool = DeformableTool(("low/top",), ("up/base",), mu, shear=m)
+    return Scene(together({"low": low, "up": up}), geometry, STEEL, supports, (tool,))
+
+
+@pytest.mark.parametrize(
+    ("element", "mu", "form"),
+    [
+        (Element.Q4, 5.0, Newton()),
+        (Element.Q8, np.inf, Dissipation()),
+        pytest.param(Element.Q4, np.inf, Tangent(), marks=pytest.mark.slow),
+        pytest.param(Element.H8, 5.0, Newton(), marks=pytest.mark.slow),
+        (Element.H8, np.inf, Dissipation()),
+    ],
+)
+def test_a_block_that_slides_bears_the_cap_times_its_area(element, mu, form):
+    *_, last = march(dragged(element, mu), Schedule(5), Control(form, ()))
+    # Its area grows a little, as its pressed end does.
+    assert abs(last.tool_force(0)[0]) == pytest.approx(0.3 * K, rel=2e-3)
+    assert last.tool_force(0)[-1] > 2 * 0.3 * K
+    assert last.energies.friction == pytest.approx(0.3 * K * 0.5, rel=5e-3)
+
+
+def test_forms_agree_and_more_than_the_cap_is_no_friction():
+    scene = pressed(press=0.2, elements=3)
+    (tool,) = scene.tools
+    forces = []
+    for m in (0.05, 0.2):
+        capped = replace(scene, tools=(replace(tool, mu=0.5, shear=m),))
+        found = []
+        for form in (Newton(), Dissipation()):
+            *_, last = march(capped, Schedule(2, first=0.05), Control(form, ()))
+            found.append(last.tool_force(0)[1])
+        np.testing.assert_allclose(found, found[0], rtol=1e-5)
+        forces.append(-found[0])
+    assert forces[0] < forces[1]
+
+
+def test_a_cap_by_what_does_not_flow_is_refused():
+    scene = pressed()
+    swapped = DeformableTool(("billet/top", "billet/side"), ("punch/base",), 0.2, shear=0.3)
+    refused(lambda: replace(scene, tools=(swapped,)), r"tools\[0\]\.shear")
+    (tool,) = scene.tools
+    refused(lambda: replace(scene, tools=(replace(tool, shear_at={0: 0.2}),)), "shear_at node")
+    refused(lambda: replace(tool, shear=1.5), "shear")
