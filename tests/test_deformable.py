@@ -127,6 +127,25 @@ def test_work_is_what_is_stored_and_dissipated():
     assert fine.friction > 0.01 * fine.work
 
 
+@pytest.mark.parametrize("increments", [12, pytest.param(48, marks=pytest.mark.slow)])
+def test_a_corner_that_ploughs_is_pushed_back_by_the_slope_before_it(increments):
+    """A hard block is pressed into a soft plate and dragged: a force beyond friction pays for what flows there."""
+    mesh = together({"low": block(3.0, 1.0, 10, 2), "up": shifted(block(1.0, 0.5, 3, 2), 0.5, 1.0)})
+    supports = (
+        Support("low/base", 0),
+        Support("low/base", 1),
+        Prescribed("up/top", 1, -0.05, Amplitude(((0, 0), (0.25, 1), (1, 1)))),
+        Prescribed("up/top", 0, 0.5, Amplitude(((0, 0), (0.25, 0), (1, 1)))),
+    )
+    tool = DeformableTool(("low/top",), ("up/base",), 0.1)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, STEEL, supports, (tool,), regions={"up": ELASTIC})
+    accepted = last(scene, schedule=Schedule(increments))
+    along, across = accepted.tool_force(0)
+    assert -along > 2 * 0.1 * across
+    assert accepted.energies.plastic > 0.5 * accepted.energies.work
+    assert abs(accepted.energies.energy_error) < 0.25 / increments
+
+
 def test_a_stiff_punch_is_a_rigid_one():
     """Its force is that of a flat tool, the more so the stiffer."""
     errors = []

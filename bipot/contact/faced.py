@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.contact.sampling import Points
-from bipot.fem.surface import facet_mass
 from bipot.scene.scene import Scene
 from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
@@ -30,9 +29,5 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
         normal[there] = across(normal[there], plane.normal)
     normal, apart, far = unit(normal), np.zeros(len(x)), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
-    lines = sides.lines
-    whole, around = np.zeros(len(at)), 2 * np.pi if scene.ring else 1.0
-    np.add.at(whole, sides.point, facet_mass(nodes, lines, scene.geometry).sum(axis=2))
-    part = np.divide(around * found.area, whole, out=np.zeros_like(whole), where=whole > 0)
-    faced = Faced((), normal, np.abs(nodes[at]).max(axis=1), apart, part)
-    return Points(at, found.weights, sides.point, lines, faced)
+    faced = Faced((), normal, np.abs(nodes[at]).max(axis=1), apart, found.part)
+    return Points(at, found.weights, sides.point, sides.lines, faced)

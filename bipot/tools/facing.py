@@ -9,8 +9,14 @@ Seen along the normal of such a part, a place x of it faces the place y(x) on th
 with the shape functions N of the edges, is the mean vector between them over the part of the boundary that faces the
 other one. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`), where neither side has a node within, so that
 they are exact: a uniform pressure on the one side is the same on the other, whatever the meshes are. Rows of the
-weights (D, -M) sum to zero. With n_p the mean over the same part of the inward normals of the polygon, the gap is
-n_p . z_p, and a force r_p acts on the nodes of both sides.
+weights (D, -M) sum to zero. With the normal n_p, into the side of the points, the gap is n_p . z_p, and a force r_p
+acts on the nodes of both sides.
+
+The distance from x to y(x), along the normal n of x, changes by m . v / (n . m) as the sides move by v to each other,
+with the normal m of y(x). Forces that do the work of the gaps are therefore along m: a corner that ploughs is pushed
+back by the slope before it. n_p is the mean of the outward normals m over what is faced. Of a point of which only a
+part faces the other side, because that ends there, and moves on over a slope of this side, it is this part of that
+mean, and for the rest the mean of the inward normals of its own side.
 
 Quadratic edges are the parabolas of their shape functions in the vectors between the sides, and polygons where it is
 asked what faces what. On straight edges with centred middle nodes the two are the same. A point at each end alone would
@@ -39,14 +45,14 @@ CREASE = 0.5
 class Facing:
     """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, d).
 
-    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. The ``area`` (p,) is
-    int psi_p dA over what faces the other one, of a ring that of a radian.
+    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. The ``part`` (p,) of
+    int psi_p dA faces the other one.
     """
 
     weights: sp.csr_matrix
     normal: Floats
     apart: Ints
-    area: Floats
+    part: Floats
 
 
 @dataclass(frozen=True)
@@ -117,7 +123,8 @@ def _fans(nodes: Floats, faces: Ints) -> Ints:
 class Met(NamedTuple):
     """Pieces (s,) of ``lines`` (s,) with nodes ``own`` (s, n), before such of the other side with ``others`` (s, n).
 
-    Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g).
+    Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g). The
+    outward normal of the other side is ``across`` (s, d).
     """
 
     lines: Ints
@@ -127,6 +134,7 @@ class Met(NamedTuple):
     mine: Floats
     its: Floats
     weight: Floats
+    across: Floats
 
     @staticmethod
     def of(nodes: Floats, sides: Sides, ring: bool) -> Met:
@@ -134,11 +142,13 @@ class Met(NamedTuple):
         one, other = sides.one, sides.other
         if nodes.shape[1] == 3:
             seen = polygons.polygons(nodes[one], nodes[other])
-            return Met(seen.one, one[seen.one], other[seen.other], seen.mine, seen.mine, seen.its, seen.weight)
+            across = polygons.outward(nodes[other])[seen.other]
+            return Met(seen.one, one[seen.one], other[seen.other], seen.mine, seen.mine, seen.its, seen.weight, across)
         found = pieces(nodes, one, other, ring)
         own, others = (of[k // (of.shape[1] - 1)] for of, k in ((one, found.one), (other, found.other)))
         mine, its = found.shapes(one.shape[1], other.shape[1])
-        return Met(found.one, own, others, edge_shapes(found.xi, 2), mine, its, found.weight)
+        across = outward(nodes[straights(other)])[found.other]
+        return Met(found.one, own, others, edge_shapes(found.xi, 2), mine, its, found.weight, across)
 
 
 def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
@@ -147,7 +157,7 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     count, size = len(node), len(nodes)
     point = sides.point[found.lines]
     share = np.einsum("sg,sgp->sp", found.weight, found.psi)
-    area = np.asarray(np.bincount(point.ravel(), share.ravel(), count), np.float64)
+    area = np.bincount(point.ravel(), share.ravel(), count)
     own = np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.mine)
     others = -np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.its)
     entries = [
@@ -156,27 +166,31 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     ]
     values, rows, columns = (np.concatenate([part[k].ravel() for part in entries]) for k in range(3))
     ends = nodes[sides.lines]
-    out, reach = _measured(ends)
-    least = LEAST * np.bincount(sides.point.ravel(), np.repeat(reach, ends.shape[1]), count)
-    apart = np.flatnonzero(area <= least * (nodes[node, 0].max() if ring else 1.0))
+    whole = np.bincount(sides.point.ravel(), _hats(ends, ring).ravel(), count)
+    part = np.minimum(area / whole, 1.0)
+    apart = np.flatnonzero(part <= LEAST)
     kept = ~np.isin(rows, apart)
     data = np.concatenate([values[kept] / area[rows[kept]], np.ones(len(apart))])
     place = np.concatenate([rows[kept], apart]), np.concatenate([columns[kept], node[apart]])
     weights = sp.csr_matrix((data, place), shape=(count, size))
     weights.sum_duplicates()
-    normal, alone = np.zeros((2, count, nodes.shape[1]))
-    np.add.at(normal, point, -share[..., None] * out[found.lines][:, None])
+    out = (outward if nodes.shape[1] == 2 else polygons.outward)(ends)
+    theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
+    np.add.at(theirs, point, share[..., None] * found.across[:, None])
+    np.add.at(ours, point, -share[..., None] * out[found.lines][:, None])
     # Where nothing is faced, normals are those of all facets.
     np.add.at(alone, sides.point, -out[:, None])
-    normal[apart] = alone[apart]
-    return Facing(weights, unit(normal), apart, area)
+    theirs[apart] = ours[apart] = alone[apart]
+    normal = part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours)
+    return Facing(weights, unit(normal), apart, part)
 
 
-def _measured(ends: Floats) -> tuple[Floats, Floats]:
-    """Outward normals (l, d) and sizes (l,) of lines or faces (l, k, d): lengths, or the area of a square as large."""
-    if ends.shape[2] == 2:
-        return outward(ends), norm(ends[:, 1] - ends[:, 0])
-    return polygons.outward(ends), norm(ends - ends.mean(axis=1, keepdims=True)).max(axis=1) ** 2
+def _hats(ends: Floats, ring: bool) -> Floats:
+    """int psi dA (l, k) of the hat functions of lines (l, 2, 2), of a ``ring`` that of a radian, or faces (l, k, 3)."""
+    if ends.shape[2] == 3:
+        return polygons.hats(ends)
+    length = norm(ends[:, 1] - ends[:, 0])[:, None] / 2
+    return length * (ends[..., 0] * 2 / 3 + ends[:, ::-1, 0] / 3) if ring else np.repeat(length, 2, axis=1)
 
 
 def lowest(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:

@@ -95,6 +95,16 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     return Polygons(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
 
 
+def hats(corners: Floats) -> Floats:
+    """int N dA (f, k) of faces (f, k, 3)."""
+    if corners.shape[1] == 3:
+        size = norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        return np.repeat(size[:, None] / 6, 3, axis=1)
+    shapes, slopes = _bilinear(SQUARE / np.sqrt(3.0))
+    first, second = (slopes[..., k] @ corners for k in range(2))
+    return norm(np.cross(first, second)) @ shapes
+
+
 def _near(one: Floats, other: Floats, out: Floats, beyond: Floats) -> tuple[Ints, Ints]:
     """Faces (p,) of either side that may have a polygon in common, by the spheres around them, block by block."""
     middle = [of.mean(axis=1) for of in (one, other)]

@@ -68,7 +68,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     """The points of edges ``one`` (f, 2) that face edges ``other`` (g, 2), with nodes at ``nodes`` (a, 2)."""
     node, at = points(rest, one)
     weights, normal, free = np.zeros((len(node), len(nodes))), np.zeros((len(node), 2)), np.zeros((len(node), 2))
-    area, whole = np.zeros(len(node)), np.zeros(len(node))
+    across, area, whole = np.zeros((len(node), 2)), np.zeros(len(node)), np.zeros(len(node))
     x, y = nodes[one], nodes[other]
     outer, facing = (_normals(of) for of in (x, y))
     for i, (start, end) in enumerate(x):
@@ -90,14 +90,21 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
             eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])
             area[at[i]] += parts
             normal[at[i]] -= parts[:, None] * outer[i]
+            across[at[i]] += parts[:, None] * facing[k[nearest]]
             for p, psi in zip(at[i], (1 - place, place), strict=True):
                 weights[p, one[i]] += np.array([weight * psi @ (1 - place), weight * psi @ place])
                 weights[p, other[k[nearest]]] -= np.array([weight * psi @ (1 - eta), weight * psi @ eta])
     faces: Bools = area > NOTHING * whole
     weights[faces] /= area[faces, None]
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
-    normal = np.where(faces[:, None], normal, free)
-    return Seen(node, weights, normal / np.linalg.norm(normal, axis=1)[:, None], np.where(faces, area / whole, 0.0))
+    part = np.where(faces, area / whole, 0.0)
+    own, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
+    # Gaps change along the normals of the other side, as far as that goes on; beyond its end along those of this one.
+    return Seen(node, weights, _unit(part[:, None] * other_side + (1 - part[:, None]) * own), part)
+
+
+def _unit(vectors: Floats) -> Floats:
+    return vectors / np.linalg.norm(vectors, axis=1)[:, None]
 
 
 def _normals(x: Floats) -> Floats:
