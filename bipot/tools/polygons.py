@@ -71,7 +71,7 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     """The polygons in which faces ``one`` (f, k, 3) and ``other`` (g, l, 3) face each other.
 
     Seen along the normals of the former, of several faces before one place the nearest counts, and none that is farther
-    behind it than both are large.
+    behind it than both are large, or behind the other side of a thin part.
     """
     out = outward(one)
     i, j = _near(one, other, out, outward(other))
@@ -85,9 +85,11 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     share = area.sum(axis=1) / whole
     some = np.flatnonzero(share > LEAST)
     gaps = np.einsum("pvk,pk->pv", _placed(b[some], np.concatenate([ends, middle], axis=1)[some]), height[some])
-    kept = some[~_hidden(i[some], b[some], middle[some, 0], gaps[:, -1], share[some])]
     lowest = np.zeros(len(i))
     lowest[some] = gaps.min(axis=1)
+    before = ~_through(one, out, i[some], middle[some, 0], -gaps[:, -1])
+    some, above = some[before], gaps[before, -1]
+    kept = some[~_hidden(i[some], b[some], middle[some, 0], above, share[some])]
     piece, corner = np.nonzero(area[kept] > LEAST**2 * whole[kept, None])
     piece = kept[piece]
     places = RULE @ fans[piece, corner]
@@ -174,6 +176,28 @@ def _hidden(i: Ints, b: Floats, middle: Floats, above: Floats, share: Floats) ->
         mine = np.flatnonzero(i == face)
         over = _inside(np.broadcast_to(middle[mine], (len(mine), len(mine), 2)), b[mine, ::-1])
         hidden[mine] = (over & (above[mine, None] < above[mine])).any(axis=0)
+    return hidden
+
+
+def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -> Bools:
+    """Whether others of the faces ``one`` (f, k, 3) lie before the ``depth`` (p,) behind places on faces i (p,).
+
+    The faces have the outward normals ``out`` (f, 3); others are those on the other side of the part. Places are
+    ``middle`` (p, 2) in mean planes.
+    """
+    hidden, centre = np.zeros(len(i), dtype=bool), one.mean(axis=1)
+    reach = norm(one - centre[:, None]).max(axis=1)
+    deep = np.flatnonzero(depth > LEAST * reach[i])
+    mine, depth = i[deep], depth[deep]
+    x = centre[mine] + np.einsum("pa,pax->px", middle[deep], _axes(one[mine]))
+    # Those that touch the sphere around the way to the depth.
+    way = centre - (x - depth[:, None] / 2 * out[mine])[:, None]
+    p, f = np.nonzero((out[mine] @ out.T < FACES) & (norm(way) < reach + depth[:, None] / 2))
+    ahead = -out[mine[p]]
+    far = np.vecdot(centre[f] - x[p], out[f]) / np.vecdot(ahead, out[f])
+    place = _seen(one[f], (x[p] + far[:, None] * ahead)[:, None])
+    met = (far > 0) & (far < depth[p]) & _inside(place, _seen(one[f], one[f]))[:, 0]
+    hidden[deep[p[met]]] = True
     return hidden
 
 

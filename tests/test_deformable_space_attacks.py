@@ -1,0 +1,38 @@
+"""Deformable tools in space where more than two plain sides face each other."""
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    DeformableTool,
+    Element,
+    Geometry,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    Support,
+    brick,
+    march,
+    together,
+)
+from tests.deformable import ELASTIC, shifted
+
+NEWTON = Control(Newton(), ())
+SIDES = "base", "right", "top", "left", "front", "back"
+
+
+@pytest.mark.parametrize("element", [Element.H8, Element.T4])
+def test_thin_parts_may_touch_with_their_whole_outlines(element):
+    """Behind the upper side of the one is the lower side of the other, not farther than faces are large."""
+    low, up = (brick(1.0, 1.0, 0.05, n, n, 1, element=element) for n in (2, 3))
+    mesh = together({"low": low, "up": shifted(up, 0.0, 0.0, 0.05)})
+    held = *(Support("low/base", k) for k in range(3)), Support("up/left", 0), Support("up/front", 1)
+    forces = []
+    for lower, upper in ((("top",), ("base",)), (SIDES, SIDES)):
+        tool = DeformableTool(tuple(f"low/{s}" for s in lower), tuple(f"up/{s}" for s in upper), 0.2)
+        scene = Scene(mesh, Geometry.SOLID, ELASTIC, (*held, Prescribed("up/top", 2, -0.005)), (tool,))
+        *_, last = march(scene, Schedule(1), NEWTON)
+        forces.append(last.tool_force(0))
+    np.testing.assert_allclose(*forces, rtol=1e-9, atol=1e-4)
