@@ -17,10 +17,20 @@ from bipot import (
     march,
     together,
 )
+from bipot.tools.polygons import _boxes_meet
 from tests.deformable import ELASTIC, shifted
 
 NEWTON = Control(Newton(), ())
 SIDES = "base", "right", "top", "left", "front", "back"
+
+
+def test_the_faces_that_nodes_may_go_through_are_those_in_whose_way_they_are():
+    rng = np.random.default_rng(1)
+    ways, around = (rng.random((40, n, 3)) * 0.2 + rng.random((40, 1, 3)) for n in (2, 8))
+    low, high = (np.stack([of.min(axis=1), -of.max(axis=1)]) for of in (ways, around))
+    meet = (low[0] <= -high[1][:, None]).all(axis=2) & (high[0][:, None] <= -low[1]).all(axis=2)
+    assert 0 < meet.sum() < meet.size / 4
+    np.testing.assert_array_equal(_boxes_meet(ways, around), np.nonzero(meet))
 
 
 @pytest.mark.parametrize("element", [Element.H8, Element.T4])

@@ -190,9 +190,10 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
     deep = np.flatnonzero(depth > LEAST * reach[i])
     mine, depth = i[deep], depth[deep]
     x = centre[mine] + np.einsum("pa,pax->px", middle[deep], _axes(one[mine]))
-    # Those that touch the sphere around the way to the depth.
-    way = centre - (x - depth[:, None] / 2 * out[mine])[:, None]
-    p, f = np.nonzero((out[mine] @ out.T < FACES) & (norm(way) < reach + depth[:, None] / 2))
+    # Those that may touch the sphere around the way to the depth.
+    p, f = _around(centre, x - depth[:, None] / 2 * out[mine], reach.max() + depth / 2)
+    opposite = np.vecdot(out[mine[p]], out[f]) < FACES
+    p, f = p[opposite], f[opposite]
     ahead = -out[mine[p]]
     far = np.vecdot(centre[f] - x[p], out[f]) / np.vecdot(ahead, out[f])
     place = _seen(one[f], (x[p] + far[:, None] * ahead)[:, None])
@@ -235,8 +236,8 @@ def crossed(nodes: Floats, moved: Floats, points: Ints, faces: Ints) -> tuple[in
     """
     before, after = nodes[faces], moved[faces]
     size = np.sqrt(_area(_seen(after, after)))
-    near = _boxes_meet(nodes, moved, points, before, after)
-    f, p = (of[near] for of in np.broadcast_arrays(np.arange(len(faces))[:, None], points))
+    f, p = _boxes_meet(np.stack([nodes[points], moved[points]], axis=1), np.concatenate([before, after], axis=1))
+    p = points[p]
     h, ended = (_height(of[f], x[p]) for of, x in ((before, nodes), (after, moved)))
     through = (h > 0) & (ended < -DEPTH * size[f])
     f, p, h, ended = f[through], p[through], h[through], ended[through]
@@ -247,12 +248,24 @@ def crossed(nodes: Floats, moved: Floats, points: Ints, faces: Ints) -> tuple[in
     return (int(p[wrong[0]]), faces[f[wrong[0]]].tolist()) if wrong.size else None
 
 
-def _boxes_meet(nodes: Floats, moved: Floats, points: Ints, before: Floats, after: Floats) -> Bools:
-    """Which ways of ``points`` (p,) may meet faces (f, k, 3) on their ways, (f, p)."""
-    ways = np.stack([nodes[points], moved[points]], axis=1)
-    faces = np.concatenate([before, after], axis=1)
-    low, high = faces.min(axis=1)[:, None] - ways.max(axis=1), ways.min(axis=1) - faces.max(axis=1)[:, None]
-    return np.asarray((low <= 0).all(axis=2) & (high <= 0).all(axis=2))
+def _boxes_meet(ways: Floats, around: Floats) -> tuple[Ints, Ints]:
+    """The faces and the ways (m,) of which boxes around ``around`` (f, n, 3) and ``ways`` (p, 2, 3) meet."""
+    middle, centre = ((of.max(axis=1) + of.min(axis=1)) / 2 for of in (ways, around))
+    p, f = _around(centre, middle, (norm(np.ptp(ways, axis=1)) + norm(np.ptp(around, axis=1)).max()) / 2)
+    low, high = around[f].min(axis=1) - ways[p].max(axis=1), ways[p].min(axis=1) - around[f].max(axis=1)
+    meet = np.flatnonzero((low <= 0).all(axis=1) & (high <= 0).all(axis=1))
+    meet = meet[np.lexsort((p[meet], f[meet]))]
+    return f[meet], p[meet]
+
+
+def _around(centre: Floats, x: Floats, far: Floats) -> tuple[Ints, Ints]:
+    """Numbers (m,) of places x (p, 3) and of those ``centre`` (f, 3) that are no farther off than ``far`` (p,)."""
+    # Imported here because only scenes in space need it.
+    from scipy.spatial import cKDTree
+
+    found = cKDTree(centre).query_ball_point(x, far * (1 + 1e-6))
+    p = np.repeat(np.arange(len(x)), np.fromiter(map(len, found), np.intp, len(x)))
+    return p, np.fromiter((f for near in found for f in near), np.intp, len(p))
 
 
 def _height(faces: Floats, x: Floats) -> Floats:
