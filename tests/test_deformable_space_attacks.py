@@ -17,6 +17,7 @@ from bipot import (
     march,
     together,
 )
+from bipot.checks.refusals import _both_in
 from bipot.tools.polygons import _boxes_meet
 from tests.deformable import ELASTIC, shifted
 
@@ -46,3 +47,15 @@ def test_thin_parts_may_touch_with_their_whole_outlines(element):
         *_, last = march(scene, Schedule(1), NEWTON)
         forces.append(last.tool_force(0))
     np.testing.assert_allclose(*forces, rtol=1e-9, atol=1e-4)
+
+
+def test_a_node_that_sinks_into_a_tetrahedron_with_no_face_on_the_other_side_is_told_by_what_may_be_done():
+    """It is below an edge of the boundary, on which such elements have but two nodes."""
+    low, up = (brick(1.0, 1.0, 1.0, n, n, 1, element=Element.T4) for n in (2, 3))
+    mesh = together({"low": low, "up": shifted(up, 0.0, 0.0, 1.0)})
+    tool = DeformableTool(("low/top",), ("up/base",), 0.2)
+    beside = np.setdiff1d(mesh.region("low"), mesh.owners("low/top"))
+    touching = np.isin(mesh.elements[beside], mesh.boundary_nodes("low/top")).any(axis=1)
+    element, node = int(beside[touching][0]), int(mesh.boundary_nodes("up/base")[0])
+    assert _both_in(mesh, tool, node, element)
+    assert not _both_in(mesh, tool, int(mesh.boundary_nodes("up/top")[0]), element)

@@ -207,6 +207,7 @@ def _refuse_itself(iterate: Iterate) -> None:
 
 
 def _both_in(mesh: Mesh, tool: DeformableTool, node: int, element: int) -> bool:
-    """Whether a ``node`` is on one side of a tool, and an ``element`` at the other."""
-    sides = (tool.candidates, tool.surface), (tool.surface, tool.candidates)
-    return any(node in mesh.boundary_nodes(*one) and element in mesh.owners(*other) for one, other in sides)
+    """Whether a ``node`` is on one side of a tool, and one of an ``element`` on the other."""
+    one, other = (mesh.boundary_nodes(*of) for of in (tool.candidates, tool.surface))
+    own = mesh.elements[element]
+    return bool((node in one and np.isin(own, other).any()) or (node in other and np.isin(own, one).any()))
