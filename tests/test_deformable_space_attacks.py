@@ -1,5 +1,7 @@
 """Deformable tools in space where more than two plain sides face each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from bipot import (
     Scene,
     Schedule,
     Support,
+    block,
     brick,
     march,
     together,
@@ -20,6 +23,7 @@ from bipot import (
 from bipot.checks.refusals import _both_in
 from bipot.tools.polygons import _boxes_meet
 from tests.deformable import ELASTIC, shifted
+from tests.scenes import refused
 
 NEWTON = Control(Newton(), ())
 SIDES = "base", "right", "top", "left", "front", "back"
@@ -59,3 +63,23 @@ def test_a_node_that_sinks_into_a_tetrahedron_with_no_face_on_the_other_side_is_
     element, node = int(beside[touching][0]), int(mesh.boundary_nodes("up/base")[0])
     assert _both_in(mesh, tool, node, element)
     assert not _both_in(mesh, tool, int(mesh.boundary_nodes("up/top")[0]), element)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(
+    ("surface", "candidates"),
+    [
+        (("low/top", "low/top"), ("up/base",)),
+        (("low/top", "low/patch"), ("up/base",)),
+        (("low/top",), ("up/base", "up/patch")),
+    ],
+)
+def test_facets_of_two_boundaries_of_one_side_are_refused(dimension, surface, candidates):
+    """They would count twice: a uniform pressure was none."""
+    low, up = (brick(1.0, 1.0, 0.5, n, n, 1) if dimension == 3 else block(1.0, 0.5, n, 1) for n in (2, 3))
+    low = replace(low, boundaries={**low.boundaries, "patch": low.boundaries["top"][:1]})
+    up = replace(up, boundaries={**up.boundaries, "patch": up.boundaries["base"][:1]})
+    mesh = together({"low": low, "up": shifted(up, *(0.0,) * (dimension - 1), 0.5)})
+    geometry = Geometry.SOLID if dimension == 3 else Geometry.PLANE_STRAIN
+    held, tool = (Support("low/base", 0),), DeformableTool(surface, candidates, 0.0)
+    refused(lambda: Scene(mesh, geometry, ELASTIC, held, (tool,)), "boundaries without a common")

@@ -66,14 +66,18 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     """Refuse a deformable tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: of quadratic elements in space; inner edges; nodes in both boundaries, or coefficients at nodes
-            of none; candidates in the surface at rest.
+        SceneError: of quadratic elements in space; inner edges, or some that two boundaries of one side have in common;
+            nodes in both boundaries, or coefficients at nodes of none; candidates in the surface at rest.
     """
+    what = "edge" if mesh.dimension == 2 else "face"
     allowed = "of linear elements in space, with a deformable tool: H8 or T4"
     require(mesh.dimension == 2 or not mesh.element.quadratic, "scene.mesh", mesh.element.name, allowed)
     for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
         inner = mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")
+        facets = np.sort(mesh.edges(*names), axis=1)
+        twice = len(np.unique(facets, axis=0)) < len(facets)
+        require(not twice, f"{label}.{name}", names, f"boundaries without a common {what}")
     node = mesh.boundary_nodes(*tool.candidates)
     both = np.intersect1d(node, mesh.boundary_nodes(*tool.surface))[:1].tolist()
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
