@@ -49,9 +49,11 @@ def test_points_that_slide_off_an_end_do_no_work_across_the_way_to_nothing() -> 
     assert abs(last.energies.energy_error) < 0.01
 
 
-def test_thin_parts_may_touch_with_their_whole_outlines() -> None:
-    mesh, elastic = _stacked(0.05, (4, 1), (5, 1)), Elastic(Elasticity(210e3, 0.3))
-    held = Support("low/base", 1), Support("low/base", 0), Prescribed("up/top", 1, -0.005), Support("up/left", 0)
+@pytest.mark.parametrize("height", [0.05, 1.0])
+def test_parts_of_one_element_may_touch_with_their_whole_outlines(height: float) -> None:
+    mesh, elastic = _stacked(height, (4, 1), (5, 1)), Elastic(Elasticity(210e3, 0.3))
+    pressed = Prescribed("up/top", 1, -0.1 * height)
+    held = Support("low/base", 1), Support("low/base", 0), pressed, Support("up/left", 0)
     forces = []
     for low, up in ((("top",), ("base",)), (SIDES, SIDES)):
         tool = DeformableTool(tuple(f"low/{side}" for side in low), tuple(f"up/{side}" for side in up), 0.2)

@@ -38,16 +38,16 @@ def test_the_faces_that_nodes_may_go_through_are_those_in_whose_way_they_are():
     np.testing.assert_array_equal(_boxes_meet(ways, around), np.nonzero(meet))
 
 
-@pytest.mark.parametrize("element", [Element.H8, Element.T4])
-def test_thin_parts_may_touch_with_their_whole_outlines(element):
-    """Behind the upper side of the one is the lower side of the other, not farther than faces are large."""
-    low, up = (brick(1.0, 1.0, 0.05, n, n, 1, element=element) for n in (2, 3))
-    mesh = together({"low": low, "up": shifted(up, 0.0, 0.0, 0.05)})
+@pytest.mark.parametrize(("height", "element"), [(0.05, Element.H8), (0.05, Element.T4), (1.0, Element.H8)])
+def test_parts_of_one_element_may_touch_with_their_whole_outlines(height, element):
+    """Behind a side of the one is the opposite side of the other, not farther than faces are large."""
+    low, up = (brick(1.0, 1.0, height, n, n, 1, element=element) for n in (2, 3))
+    mesh = together({"low": low, "up": shifted(up, 0.0, 0.0, height)})
     held = *(Support("low/base", k) for k in range(3)), Support("up/left", 0), Support("up/front", 1)
     forces = []
     for lower, upper in ((("top",), ("base",)), (SIDES, SIDES)):
         tool = DeformableTool(tuple(f"low/{s}" for s in lower), tuple(f"up/{s}" for s in upper), 0.2)
-        scene = Scene(mesh, Geometry.SOLID, ELASTIC, (*held, Prescribed("up/top", 2, -0.005)), (tool,))
+        scene = Scene(mesh, Geometry.SOLID, ELASTIC, (*held, Prescribed("up/top", 2, -0.1 * height)), (tool,))
         *_, last = march(scene, Schedule(1), NEWTON)
         forces.append(last.tool_force(0))
     np.testing.assert_allclose(*forces, rtol=1e-9, atol=1e-4)

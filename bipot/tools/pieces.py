@@ -133,7 +133,7 @@ def _spans(one: Floats, other: Floats) -> Spans:
 def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Bools:
     """Whether others of the edges ``one`` (f, 2, 2) lie before the ``depth`` (s,) behind x (s, 2) on the edges i (s,).
 
-    The edges have the outward normals ``out`` (f, 2); others are those on the other side of the part.
+    The edges have the outward normals ``out`` (f, 2); others are those through which one leaves the part there.
     """
     hidden = np.zeros(len(i), dtype=bool)
     deep = np.flatnonzero(depth > 0)
@@ -143,8 +143,8 @@ def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Boo
     side = cross(inward, along)
     with np.errstate(divide="ignore", invalid="ignore"):
         far, place = cross(start, along) / side, cross(start, inward) / side
-    opposite = out[i[deep]] @ out.T < FACES
-    hidden[deep] = (opposite & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)).any(axis=1)
+    beyond = out[i[deep]] @ out.T < 0
+    hidden[deep] = (beyond & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)).any(axis=1)
     return hidden
 
 

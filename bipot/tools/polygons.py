@@ -182,8 +182,8 @@ def _hidden(i: Ints, b: Floats, middle: Floats, above: Floats, share: Floats) ->
 def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -> Bools:
     """Whether others of the faces ``one`` (f, k, 3) lie before the ``depth`` (p,) behind places on faces i (p,).
 
-    The faces have the outward normals ``out`` (f, 3); others are those on the other side of the part. Places are
-    ``middle`` (p, 2) in mean planes.
+    The faces have the outward normals ``out`` (f, 3); others are those through which one leaves the part there. Places
+    are ``middle`` (p, 2) in mean planes.
     """
     hidden, centre = np.zeros(len(i), dtype=bool), one.mean(axis=1)
     reach = norm(one - centre[:, None]).max(axis=1)
@@ -192,8 +192,8 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
     x = centre[mine] + np.einsum("pa,pax->px", middle[deep], _axes(one[mine]))
     # Those that may touch the sphere around the way to the depth.
     p, f = _around(centre, x - depth[:, None] / 2 * out[mine], reach.max() + depth / 2)
-    opposite = np.vecdot(out[mine[p]], out[f]) < FACES
-    p, f = p[opposite], f[opposite]
+    beyond = np.vecdot(out[mine[p]], out[f]) < -ROUND_OFF
+    p, f = p[beyond], f[beyond]
     ahead = -out[mine[p]]
     far = np.vecdot(centre[f] - x[p], out[f]) / np.vecdot(ahead, out[f])
     place = _seen(one[f], (x[p] + far[:, None] * ahead)[:, None])
