@@ -83,3 +83,15 @@ def test_facets_of_two_boundaries_of_one_side_are_refused(dimension, surface, ca
     geometry = Geometry.SOLID if dimension == 3 else Geometry.PLANE_STRAIN
     held, tool = (Support("low/base", 0),), DeformableTool(surface, candidates, 0.0)
     refused(lambda: Scene(mesh, geometry, ELASTIC, held, (tool,)), "boundaries without a common")
+
+
+def test_bars_that_cross_do_not_pass_each_other_in_one_increment():
+    """No node is in the way of the other bar, which was passed without a force."""
+    low, up = brick(2.0, 0.2, 0.03, 3, 1, 1), brick(0.2, 2.0, 0.03, 1, 3, 1)
+    mesh = together({"low": shifted(low, -1.0, -0.1, 0.0), "up": shifted(up, -0.1, -1.0, 0.63)})
+    held = [Support(f"low/{end}", k) for end in ("left", "right") for k in range(3)]
+    held += [Support(f"up/{end}", k) for end in ("front", "back") for k in range(2)]
+    driven = (Prescribed(f"up/{end}", 2, -1.5) for end in ("front", "back"))
+    tool = DeformableTool(tuple(f"low/{s}" for s in SIDES), tuple(f"up/{s}" for s in SIDES), 0.2)
+    *_, last = march(Scene(mesh, Geometry.SOLID, ELASTIC, (*held, *driven), (tool,)), Schedule(1))
+    assert last.tool_force(0)[2] > 400.0

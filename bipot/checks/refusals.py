@@ -15,6 +15,7 @@ from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.facing import crossed, deep
+from bipot.tools.polygons import faces_crossed
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs
@@ -128,7 +129,14 @@ def _refuse_passed(iterate: Iterate) -> None:
                 what = "edge" if scene.mesh.dimension == 2 else "face"
                 said = f"node {found[0]} goes through the {what} of nodes {found[1]} at tools[{k}]"
                 raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
-            depth = deep(iterate.nodes, scene.mesh.around(*names), edges, scene.ring)
+            own = scene.mesh.around(*names)
+            if scene.mesh.dimension == 3:
+                volume = iterate.response.kinematics.volume.sum(axis=1)[scene.mesh.owners(*others)]
+                faces = faces_crossed(nodes, iterate.nodes, own, edges, volume)
+                if faces is not None:
+                    said = f"the face of nodes {faces[0]} goes through that of nodes {faces[1]} at tools[{k}]"
+                    raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
+            depth = deep(iterate.nodes, own, edges, scene.ring)
             if depth > 0:
                 said = f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges"
                 raise Refused(said, FINER)

@@ -24,6 +24,9 @@ LEAST = 1e-9
 DEPTH = 0.25
 """Depth behind a face, over its size, that places may have at which means of gaps vanish."""
 
+THROUGH = 0.75
+"""The same over the thickness of the element behind a face: beyond its middle the other side is nearer."""
+
 BLOCK = 2_000_000
 """Pairs of faces that are looked at together."""
 
@@ -228,24 +231,42 @@ def _bilinear(places: Floats) -> tuple[Floats, Floats]:
     return factors.prod(axis=-1), slopes
 
 
-def crossed(nodes: Floats, moved: Floats, points: Ints, faces: Ints) -> tuple[int, list[int]] | None:
+def crossed(
+    nodes: Floats, moved: Floats, points: Ints, faces: Ints, volume: Floats | None = None
+) -> tuple[int, list[int]] | None:
     """A node of ``points`` (p,) that goes through one of the ``faces`` (f, k), and which, by its nodes.
 
     All ``nodes`` (a, 3) go straight to where they have ``moved`` (a, 3). What goes from the outer side of a face's mean
-    plane to the inner, and is deeper in the end than :data:`DEPTH` of its size, went through it where it was in it.
+    plane to the inner, and is deeper in the end than :data:`DEPTH` of its size, went through it where it was in it. So
+    did what is deeper than :data:`THROUGH` of the element behind it, where its ``volume`` (f,) is given.
     """
     before, after = nodes[faces], moved[faces]
-    size = np.sqrt(_area(_seen(after, after)))
+    area = _area(_seen(after, after))
+    deepest = DEPTH * np.sqrt(area)
+    if volume is not None:
+        deepest = np.minimum(deepest, THROUGH * volume / area)
     f, p = _boxes_meet(np.stack([nodes[points], moved[points]], axis=1), np.concatenate([before, after], axis=1))
     p = points[p]
     h, ended = (_height(of[f], x[p]) for of, x in ((before, nodes), (after, moved)))
-    through = (h > 0) & (ended < -DEPTH * size[f])
+    through = (h > 0) & (ended < -deepest[f])
     f, p, h, ended = f[through], p[through], h[through], ended[through]
     t = (h / (h - ended))[:, None]
     there = (1 - t[..., None]) * before[f] + t[..., None] * after[f]
     place = _seen(there, ((1 - t) * nodes[p] + t * moved[p])[:, None])
     wrong = np.flatnonzero(_inside(place, _seen(there, there))[:, 0])
     return (int(p[wrong[0]]), faces[f[wrong[0]]].tolist()) if wrong.size else None
+
+
+def faces_crossed(
+    nodes: Floats, moved: Floats, one: Ints, other: Ints, volume: Floats
+) -> tuple[list[int], list[int]] | None:
+    """A face of ``one`` (f, k) whose middle goes through one of the ``other`` (g, l), and which; as :func:`crossed`.
+
+    Bars across each other may pass without a node in the other's way. Elements at the latter have the ``volume`` (g,).
+    """
+    middles = np.vstack([nodes, nodes[one].mean(axis=1)]), np.vstack([moved, moved[one].mean(axis=1)])
+    found = crossed(*middles, len(nodes) + np.arange(len(one)), other, volume)
+    return None if found is None else (one[found[0] - len(nodes)].tolist(), found[1])
 
 
 def _boxes_meet(ways: Floats, around: Floats) -> tuple[Ints, Ints]:
