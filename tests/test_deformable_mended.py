@@ -15,6 +15,7 @@ from bipot import (
     Elasticity,
     Force,
     Geometry,
+    IncrementFailed,
     Linear,
     Newton,
     Prescribed,
@@ -85,3 +86,16 @@ def test_a_roll_presses_a_part_that_presses_another(driven: bool) -> None:
         forces.append(last.tool_forces[np.argsort([tool is roll for tool in tools])])
         np.testing.assert_allclose(last.reactions.sum(axis=0), -forces[-1][1], rtol=1e-6, atol=1e-4)
     np.testing.assert_allclose(*forces, rtol=1e-5, atol=1e-4)
+
+
+def test_thin_strips_do_not_pass_each_other_in_one_increment() -> None:
+    """Behind the other side of a strip nothing is faced, so that the one above was taken through it."""
+    strip = block(2.0, 0.03, 3, 1), block(1.0, 0.03, 4, 1)
+    mesh = together({"low": strip[0], "up": replace(strip[1], nodes=strip[1].nodes + np.array([0.5, 0.63]))})
+    held = [Support(f"low/{end}", k) for end in ("left", "right") for k in range(2)]
+    held += [Support(f"up/{end}", 0) for end in ("left", "right")]
+    driven = (Prescribed(f"up/{end}", 1, -1.5) for end in ("left", "right"))
+    tool = DeformableTool(tuple(f"low/{s}" for s in SIDES), tuple(f"up/{s}" for s in SIDES), 0.2)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(210e3, 0.3)), (*held, *driven), (tool,))
+    with pytest.raises(IncrementFailed, match=r"sides of tools\[0\]|goes through"):
+        list(march(scene, Schedule(1)))

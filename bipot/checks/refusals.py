@@ -15,6 +15,7 @@ from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.facing import crossed, deep
+from bipot.tools.plane import cross
 from bipot.tools.polygons import faces_crossed
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
@@ -124,14 +125,14 @@ def _refuse_passed(iterate: Iterate) -> None:
             continue
         for names, others in ((tool.candidates, tool.surface), (tool.surface, tool.candidates)):
             edges = scene.mesh.around(*others)
-            found = crossed(nodes, iterate.nodes, scene.mesh.boundary_nodes(*names), edges)
+            volume = _volumes(iterate)[scene.mesh.owners(*others)]
+            found = crossed(nodes, iterate.nodes, scene.mesh.boundary_nodes(*names), edges, volume)
             if found is not None:
                 what = "edge" if scene.mesh.dimension == 2 else "face"
                 said = f"node {found[0]} goes through the {what} of nodes {found[1]} at tools[{k}]"
                 raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
             own = scene.mesh.around(*names)
             if scene.mesh.dimension == 3:
-                volume = iterate.response.kinematics.volume.sum(axis=1)[scene.mesh.owners(*others)]
                 faces = faces_crossed(nodes, iterate.nodes, own, edges, volume)
                 if faces is not None:
                     said = f"the face of nodes {faces[0]} goes through that of nodes {faces[1]} at tools[{k}]"
@@ -140,6 +141,15 @@ def _refuse_passed(iterate: Iterate) -> None:
             if depth > 0:
                 said = f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges"
                 raise Refused(said, FINER)
+
+
+def _volumes(iterate: Iterate) -> Floats:
+    """Volumes (e,) of elements, in a plane the areas between their corners."""
+    mesh = iterate.increment.system.body.scene.mesh
+    if mesh.dimension == 3:
+        return iterate.response.kinematics.volume.sum(axis=1)
+    corners = iterate.nodes[mesh.elements[:, : 3 if mesh.elements.shape[1] in (3, 6) else 4]]
+    return np.asarray(cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1) / 2)
 
 
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:

@@ -205,6 +205,11 @@ def deep(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
     return polygons.deep(nodes, one, other) if nodes.shape[1] == 3 else lines.deep(nodes, one, other, ring)
 
 
-def crossed(nodes: Floats, moved: Floats, points: Ints, facets: Ints) -> tuple[int, list[int]] | None:
-    """A node of ``points`` (p,) that goes through one of the ``facets`` (f, n) on the way to ``moved`` (a, d)."""
-    return (polygons if nodes.shape[1] == 3 else lines).crossed(nodes, moved, points, facets)
+def crossed(
+    nodes: Floats, moved: Floats, points: Ints, facets: Ints, volume: Floats | None = None
+) -> tuple[int, list[int]] | None:
+    """A node of ``points`` (p,) that goes through one of the ``facets`` (f, n) on the way to ``moved`` (a, d).
+
+    The elements behind them have the ``volume`` (f,), in a plane their area.
+    """
+    return (polygons if nodes.shape[1] == 3 else lines).crossed(nodes, moved, points, facets, volume)

@@ -22,6 +22,9 @@ LEAST = 1e-9
 DEPTH = 0.25
 """Depth behind an edge, over its length, that places may have at which means of gaps vanish."""
 
+THROUGH = 0.75
+"""The same over the thickness of the element behind an edge: beyond its middle the other side is nearer."""
+
 
 class Pieces(NamedTuple):
     """Pieces (s,) of ``one`` straight part of edges (s,) that face pieces of the ``other`` (s,).
@@ -185,13 +188,16 @@ class Heights(NamedTuple):
         return np.concatenate(kept), np.concatenate(begin), np.concatenate(end)
 
 
-def crossed(nodes: Floats, moved: Floats, points: Ints, edges: Ints) -> tuple[int, list[int]] | None:
+def crossed(
+    nodes: Floats, moved: Floats, points: Ints, edges: Ints, volume: Floats | None = None
+) -> tuple[int, list[int]] | None:
     """A node of ``points`` (p,) that goes through one of the ``edges`` (f, n), and which, by its nodes.
 
     All ``nodes`` (a, 2) go straight to where they have ``moved`` (a, 2). Edges run anticlockwise. What goes from the
-    outer side of one to the inner, and is deeper in the end than :data:`DEPTH` of its length, went through it.
+    outer side of one to the inner, and is deeper in the end than :data:`DEPTH` of its length, went through it. So did
+    what is deeper than :data:`THROUGH` of the element behind it, where its area ``volume`` (f,) is given.
     """
-    edges = straights(edges)
+    parts, edges = edges.shape[1] - 1, straights(edges)
     x, (a, b) = nodes[points][:, None], nodes[edges].swapaxes(0, 1)
     dx, (da, db) = (moved - nodes)[points][:, None], (moved - nodes)[edges].swapaxes(0, 1)
     # Twice the area between edge and node is quadratic in time.
@@ -210,7 +216,10 @@ def crossed(nodes: Floats, moved: Floats, points: Ints, edges: Ints) -> tuple[in
     place = np.vecdot(along, away) / np.vecdot(along, along)
     ended = (e + de)[f]
     depth = (area + slope + bend)[p, f] / norm(ended)
-    wrong = np.flatnonzero((place >= 0) & (place <= 1) & (depth > DEPTH * norm(ended)))
+    deepest = DEPTH * norm(ended)
+    if volume is not None:
+        deepest = np.minimum(deepest, THROUGH * np.repeat(volume, parts)[f] / (parts * norm(ended)))
+    wrong = np.flatnonzero((place >= 0) & (place <= 1) & (depth > deepest))
     return (int(points[p[wrong[0]]]), edges[f[wrong[0]]].tolist()) if wrong.size else None
 
 
