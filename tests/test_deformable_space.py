@@ -27,7 +27,8 @@ from bipot import (
     march,
     together,
 )
-from bipot.tools.polygons import crossed, deep, outward, polygons
+from bipot.tools.passing import crossed, deep
+from bipot.tools.polygons import outward, polygons
 from tests.deformable import ELASTIC, STEEL, shifted
 from tests.scenes import refused
 

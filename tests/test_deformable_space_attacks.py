@@ -21,7 +21,7 @@ from bipot import (
     together,
 )
 from bipot.checks.refusals import _both_in
-from bipot.tools.polygons import _boxes_meet
+from bipot.tools.passing import _boxes_meet
 from tests.deformable import ELASTIC, shifted
 from tests.scenes import refused
 

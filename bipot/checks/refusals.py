@@ -15,8 +15,8 @@ from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.facing import crossed, deep
+from bipot.tools.passing import faces_crossed
 from bipot.tools.plane import cross
-from bipot.tools.polygons import faces_crossed
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs

@@ -32,8 +32,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.tensors import norm, unit
+from bipot.tools import passing, polygons
 from bipot.tools import pieces as lines
-from bipot.tools import polygons
 from bipot.tools.pieces import LEAST, edge_shapes, outward, pieces, straights
 from bipot.typing import Floats, Ints
 
@@ -202,7 +202,7 @@ def lowest(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
 
 def deep(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
     """How deep facets ``one`` (f, n) and ``other`` (g, n) are in each other, 0 up to a quarter of their size."""
-    return polygons.deep(nodes, one, other) if nodes.shape[1] == 3 else lines.deep(nodes, one, other, ring)
+    return passing.deep(nodes, one, other) if nodes.shape[1] == 3 else lines.deep(nodes, one, other, ring)
 
 
 def crossed(
@@ -212,4 +212,4 @@ def crossed(
 
     The elements behind them have the ``volume`` (f,), in a plane their area.
     """
-    return (polygons if nodes.shape[1] == 3 else lines).crossed(nodes, moved, points, facets, volume)
+    return (passing if nodes.shape[1] == 3 else lines).crossed(nodes, moved, points, facets, volume)

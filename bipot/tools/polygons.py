@@ -1,4 +1,4 @@
-"""Pieces of two boundaries in space that face each other, which faces go through each other, and how deep they are.
+"""Pieces of two boundaries in space that face each other.
 
 Faces are triangles or squares. Where two of them overlap, seen along the normal of the mean plane of one, the polygon
 that they have in common is cut into triangles, on which integration is exact. Places on squares are those of their
@@ -20,12 +20,6 @@ FACES = -0.1
 
 LEAST = 1e-9
 """Over the area of a face, a piece no larger than this is none."""
-
-DEPTH = 0.25
-"""Depth behind a face, over its size, that places may have at which means of gaps vanish."""
-
-THROUGH = 0.75
-"""The same over the thickness of the element behind a face: beyond its middle the other side is nearer."""
 
 BLOCK = 2_000_000
 """Pairs of faces that are looked at together."""
@@ -78,13 +72,13 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     """
     out = outward(one)
     i, j = _near(one, other, out, outward(other))
-    a, b = (_seen(one[i], of) for of in (one[i], other[j]))
+    a, b = (seen(one[i], of) for of in (one[i], other[j]))
     height = np.einsum("px,pvx->pv", out[i], other[j] - one[i].mean(axis=1, keepdims=True))
     ends = _common(a, b[:, ::-1])
     middle = ends.mean(axis=1, keepdims=True)
     fans = np.stack([np.broadcast_to(middle, ends.shape), ends, np.roll(ends, -1, axis=1)], axis=2)
     area = cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0]) / 2
-    whole = _area(a)
+    whole = area_of(a)
     share = area.sum(axis=1) / whole
     some = np.flatnonzero(share > LEAST)
     gaps = np.einsum("pvk,pk->pv", _placed(b[some], np.concatenate([ends, middle], axis=1)[some]), height[some])
@@ -134,7 +128,7 @@ def _axes(faces: Floats) -> Floats:
     return np.stack([along, np.cross(out, along)], axis=1)
 
 
-def _area(corners: Floats) -> Floats:
+def area_of(corners: Floats) -> Floats:
     """Areas (p,) of polygons (p, k, 2)."""
     return np.asarray(cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1) / 2)
 
@@ -153,7 +147,7 @@ def _common(a: Floats, b: Floats) -> Floats:
     met = (np.abs(det) > ROUND_OFF * scale) & (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
     crossing = a[:, :, None] + np.where(met, s, 0.0)[..., None] * edge_a[:, :, None]
     points = np.concatenate([a, b, crossing.reshape(len(a), pairs, 2)], axis=1)
-    valid = np.concatenate([_inside(a, b), _inside(b, a), met.reshape(len(a), pairs)], axis=1)
+    valid = np.concatenate([inside(a, b), inside(b, a), met.reshape(len(a), pairs)], axis=1)
     first = points[np.arange(len(a)), np.argmax(valid, axis=1)]
     points = np.where(valid[..., None], points, first[:, None])
     off = points - points.mean(axis=1, keepdims=True)
@@ -161,7 +155,7 @@ def _common(a: Floats, b: Floats) -> Floats:
     return np.take_along_axis(points, order[..., None], axis=1)
 
 
-def _inside(points: Floats, polygon: Floats) -> Bools:
+def inside(points: Floats, polygon: Floats) -> Bools:
     """Which points (p, v, 2) are in convex polygons (p, k, 2), which run anticlockwise, or on their edges."""
     edges = np.roll(polygon, -1, axis=1) - polygon
     side = cross(edges[:, None], points[:, :, None] - polygon[:, None])
@@ -177,7 +171,7 @@ def _hidden(i: Ints, b: Floats, middle: Floats, above: Floats, share: Floats) ->
     hidden = np.zeros(len(i), dtype=bool)
     for face in np.flatnonzero(np.bincount(i, share) > 1 + 1e-6):
         mine = np.flatnonzero(i == face)
-        over = _inside(np.broadcast_to(middle[mine], (len(mine), len(mine), 2)), b[mine, ::-1])
+        over = inside(np.broadcast_to(middle[mine], (len(mine), len(mine), 2)), b[mine, ::-1])
         hidden[mine] = (over & (above[mine, None] < above[mine])).any(axis=0)
     return hidden
 
@@ -199,8 +193,8 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
     p, f = p[beyond], f[beyond]
     ahead = -out[mine[p]]
     far = np.vecdot(centre[f] - x[p], out[f]) / np.vecdot(ahead, out[f])
-    place = _seen(one[f], (x[p] + far[:, None] * ahead)[:, None])
-    met = (far > 0) & (far < depth[p]) & _inside(place, _seen(one[f], one[f]))[:, 0]
+    place = seen(one[f], (x[p] + far[:, None] * ahead)[:, None])
+    met = (far > 0) & (far < depth[p]) & inside(place, seen(one[f], one[f]))[:, 0]
     hidden[deep[p[met]]] = True
     return hidden
 
@@ -231,80 +225,6 @@ def _bilinear(places: Floats) -> tuple[Floats, Floats]:
     return factors.prod(axis=-1), slopes
 
 
-def crossed(
-    nodes: Floats, moved: Floats, points: Ints, faces: Ints, volume: Floats | None = None
-) -> tuple[int, list[int]] | None:
-    """A node of ``points`` (p,) that goes through one of the ``faces`` (f, k), and which, by its nodes.
-
-    All ``nodes`` (a, 3) go straight to where they have ``moved`` (a, 3). What goes from the outer side of a face's mean
-    plane to the inner, and is deeper in the end than :data:`DEPTH` of its size, went through it where it was in it. So
-    did what is deeper than :data:`THROUGH` of the element behind it, where its ``volume`` (f,) is given.
-    """
-    before, after = nodes[faces], moved[faces]
-    area = _area(_seen(after, after))
-    deepest = DEPTH * np.sqrt(area)
-    if volume is not None:
-        deepest = np.minimum(deepest, THROUGH * volume / area)
-    f, p = _boxes_meet(np.stack([nodes[points], moved[points]], axis=1), np.concatenate([before, after], axis=1))
-    p = points[p]
-    h, ended = (_height(of[f], x[p]) for of, x in ((before, nodes), (after, moved)))
-    through = (h > 0) & (ended < -deepest[f])
-    f, p, h, ended = f[through], p[through], h[through], ended[through]
-    t = (h / (h - ended))[:, None]
-    there = (1 - t[..., None]) * before[f] + t[..., None] * after[f]
-    place = _seen(there, ((1 - t) * nodes[p] + t * moved[p])[:, None])
-    wrong = np.flatnonzero(_inside(place, _seen(there, there))[:, 0])
-    return (int(p[wrong[0]]), faces[f[wrong[0]]].tolist()) if wrong.size else None
-
-
-def faces_crossed(
-    nodes: Floats, moved: Floats, one: Ints, other: Ints, volume: Floats
-) -> tuple[list[int], list[int]] | None:
-    """A face of ``one`` (f, k) whose middle goes through one of the ``other`` (g, l), and which; as :func:`crossed`.
-
-    Bars across each other may pass without a node in the other's way. Elements at the latter have the ``volume`` (g,).
-    """
-    middles = np.vstack([nodes, nodes[one].mean(axis=1)]), np.vstack([moved, moved[one].mean(axis=1)])
-    found = crossed(*middles, len(nodes) + np.arange(len(one)), other, volume)
-    return None if found is None else (one[found[0] - len(nodes)].tolist(), found[1])
-
-
-def _boxes_meet(ways: Floats, around: Floats) -> tuple[Ints, Ints]:
-    """The faces and the ways (m,) of which boxes around ``around`` (f, n, 3) and ``ways`` (p, 2, 3) meet."""
-    middle, centre = ((of.max(axis=1) + of.min(axis=1)) / 2 for of in (ways, around))
-    p, f = _around(centre, middle, (norm(np.ptp(ways, axis=1)) + norm(np.ptp(around, axis=1)).max()) / 2)
-    low, high = around[f].min(axis=1) - ways[p].max(axis=1), ways[p].min(axis=1) - around[f].max(axis=1)
-    meet = np.flatnonzero((low <= 0).all(axis=1) & (high <= 0).all(axis=1))
-    meet = meet[np.lexsort((p[meet], f[meet]))]
-    return f[meet], p[meet]
-
-
-def _around(centre: Floats, x: Floats, far: Floats) -> tuple[Ints, Ints]:
-    """Numbers (m,) of places x (p, 3) and of those ``centre`` (f, 3) that are no farther off than ``far`` (p,)."""
-    # Imported here because only scenes in space need it.
-    from scipy.spatial import cKDTree
-
-    found = cKDTree(centre).query_ball_point(x, far * (1 + 1e-6))
-    p = np.repeat(np.arange(len(x)), np.fromiter(map(len, found), np.intp, len(x)))
-    return p, np.fromiter((f for near in found for f in near), np.intp, len(p))
-
-
-def _height(faces: Floats, x: Floats) -> Floats:
-    """Heights (s,) of x (s, 3) over the mean planes of faces (s, k, 3)."""
-    return np.vecdot(x - faces.mean(axis=1), outward(faces))
-
-
-def _seen(faces: Floats, x: Floats) -> Floats:
+def seen(faces: Floats, x: Floats) -> Floats:
     """Places (s, v, 2) of x (s, v, 3) in the mean planes of faces (s, k, 3)."""
     return np.einsum("sax,svx->sva", _axes(faces), x - faces.mean(axis=1, keepdims=True))
-
-
-def deep(nodes: Floats, one: Ints, other: Ints) -> float:
-    """How deep faces ``one`` (f, k) and ``other`` (g, l) of ``nodes`` (a, 3) are in each other; 0 up to :data:`DEPTH`.
-
-    That is over the size of the smaller of two faces, the root of its area.
-    """
-    found = polygons(nodes[one], nodes[other])
-    mine, its = (np.sqrt(_area(_seen(of, of))) for of in (nodes[one], nodes[other]))
-    depth, smaller = -found.lowest, np.minimum(mine[found.one], its[found.other])
-    return float(depth[depth > DEPTH * smaller].max(initial=0.0))
