@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.tensors import norm
-from bipot.tools.polygons import area_of, inside, outward, polygons, seen
+from bipot.tools.polygons import area_of, inside, outward, polygons, seen, within_reach
 from bipot.typing import Floats, Ints
 
 DEPTH = 0.25
@@ -56,21 +56,11 @@ def faces_crossed(
 def _boxes_meet(ways: Floats, around: Floats) -> tuple[Ints, Ints]:
     """The faces and the ways (m,) of which boxes around ``around`` (f, n, 3) and ``ways`` (p, 2, 3) meet."""
     middle, centre = ((of.max(axis=1) + of.min(axis=1)) / 2 for of in (ways, around))
-    p, f = _around(centre, middle, (norm(np.ptp(ways, axis=1)) + norm(np.ptp(around, axis=1)).max()) / 2)
+    p, f = within_reach(centre, middle, (norm(np.ptp(ways, axis=1)) + norm(np.ptp(around, axis=1)).max()) / 2)
     low, high = around[f].min(axis=1) - ways[p].max(axis=1), ways[p].min(axis=1) - around[f].max(axis=1)
     meet = np.flatnonzero((low <= 0).all(axis=1) & (high <= 0).all(axis=1))
     meet = meet[np.lexsort((p[meet], f[meet]))]
     return f[meet], p[meet]
-
-
-def _around(centre: Floats, x: Floats, far: Floats) -> tuple[Ints, Ints]:
-    """Numbers (m,) of places x (p, 3) and of those ``centre`` (f, 3) that are no farther off than ``far`` (p,)."""
-    # Imported here because only scenes in space need it.
-    from scipy.spatial import cKDTree
-
-    found = cKDTree(centre).query_ball_point(x, far * (1 + 1e-6))
-    p = np.repeat(np.arange(len(x)), np.fromiter(map(len, found), np.intp, len(x)))
-    return p, np.fromiter((f for near in found for f in near), np.intp, len(p))
 
 
 def _height(faces: Floats, x: Floats) -> Floats:

@@ -188,7 +188,7 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
     mine, depth = i[deep], depth[deep]
     x = centre[mine] + np.einsum("pa,pax->px", middle[deep], _axes(one[mine]))
     # Those that may touch the sphere around the way to the depth.
-    p, f = _around(centre, x - depth[:, None] / 2 * out[mine], reach.max() + depth / 2)
+    p, f = within_reach(centre, x - depth[:, None] / 2 * out[mine], reach.max() + depth / 2)
     beyond = np.vecdot(out[mine[p]], out[f]) < -ROUND_OFF
     p, f = p[beyond], f[beyond]
     ahead = -out[mine[p]]
@@ -228,3 +228,13 @@ def _bilinear(places: Floats) -> tuple[Floats, Floats]:
 def seen(faces: Floats, x: Floats) -> Floats:
     """Places (s, v, 2) of x (s, v, 3) in the mean planes of faces (s, k, 3)."""
     return np.einsum("sax,svx->sva", _axes(faces), x - faces.mean(axis=1, keepdims=True))
+
+
+def within_reach(centre: Floats, x: Floats, far: Floats) -> tuple[Ints, Ints]:
+    """Numbers (m,) of places x (p, 3) and of those ``centre`` (f, 3) that are no farther off than ``far`` (p,)."""
+    # Imported here because only scenes in space need it.
+    from scipy.spatial import cKDTree
+
+    found = cKDTree(centre).query_ball_point(x, far * (1 + 1e-6))
+    p = np.repeat(np.arange(len(x)), np.fromiter(map(len, found), np.intp, len(x)))
+    return p, np.fromiter((f for some in found for f in some), np.intp, len(p))
