@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bipot import (
-    Amplitude,
     BodyForce,
     Control,
     DeformableTool,
@@ -139,35 +138,6 @@ def test_friction_holds_mu_times_what_presses():
     np.testing.assert_allclose(last(held, Newton()).tool_force(0), (-1.9, 10.0), atol=1e-3)
     with pytest.raises(LimitPassed):
         last(slides, Newton())
-
-
-def test_a_roller_between_plates_goes_half_as_far_as_the_upper_one():
-    roller = block(2.0, 2.0, 4, 4, element=Element.Q8)
-    u, v = (roller.nodes - 1.0).T
-    places = np.stack([u * np.sqrt(1 - v**2 / 2), v * np.sqrt(1 - u**2 / 2)], axis=1)
-    plate = shifted(block(3.0, 0.5, 15, 1, element=Element.Q8), -1.5, 0.0)
-    parts = {
-        "low": shifted(plate, 0.0, -1.5),
-        "roller": replace(roller, nodes=places),
-        "up": shifted(plate, 0.0, 1.0),
-    }
-    go = 0.06
-    held = (
-        Support("low/base", 0),
-        Support("low/base", 1),
-        Prescribed("up/top", 1, -0.01, Amplitude(((0, 0), (0.5, 1), (1, 1)))),
-        Prescribed("up/top", 0, go, Amplitude(((0, 0), (0.5, 0), (1, 1)))),
-    )
-    around = tuple(f"roller/{side}" for side in ("left", "right", "base", "top"))
-    tools = tuple(DeformableTool((side,), around, 0.3) for side in ("low/top", "up/base"))
-    mesh = together(parts)
-    accepted = last(Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, held, tools), Newton(), increments=4)
-    own = np.unique(mesh.elements[mesh.region("roller")])
-    before, after = mesh.nodes[own], accepted.state.nodes[own]
-    moved = (after - before).mean(axis=0)
-    assert moved[0] == pytest.approx(go / 2, rel=2e-3)
-    swept = (before - before.mean(axis=0)).T @ (after - after.mean(axis=0))
-    assert np.arctan2(swept[1, 0] - swept[0, 1], np.trace(swept)) == pytest.approx(go / 2 / 0.995, rel=0.01)
 
 
 def test_parts_with_a_common_node_are_refused():
