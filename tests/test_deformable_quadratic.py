@@ -85,7 +85,7 @@ def test_means_are_those_of_a_fine_sampling(width):
     mesh = together({"low": block(1.0, 0.5, 2, 1, element=Element.Q8), "up": up})
     nodes = mesh.nodes + 0.02 * rng.uniform(-1, 1, mesh.nodes.shape)
     tool = DeformableTool(("up/base",), ("low/top",), 0.0)
-    sides = tool.sides(mesh)
+    sides = tool.of(mesh).sides
     found = facing(nodes, sides, ring=width == 2)
     steps = (np.arange(20_000) + 0.5) / 20_000
     total, area = np.zeros(found.weights.get_shape()), np.zeros(len(sides.node))

@@ -32,7 +32,7 @@ def test_what_is_faced_is_what_the_library_faces_in_any_configuration():
     for scene in (pressed(), stack(5, 3)):
         (tool,) = scene.tools
         assert isinstance(tool, DeformableTool)
-        sides = tool.sides(scene.mesh)
+        sides = tool.sides
         nodes = scene.mesh.nodes + rng.uniform(-0.02, 0.02, scene.mesh.nodes.shape) + np.array([0.1, 0.0])
         found = seen(scene.mesh.nodes, nodes, sides.one, sides.other, scene.ring)
         library = facing(nodes, sides, scene.ring)

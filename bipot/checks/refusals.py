@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.certificate import Bounds
+from bipot.checks.passed import FINER
 from bipot.contact.closeness import TOUCHES, carries
 from bipot.contact.overlap import least_gap, tool_edges
 from bipot.errors import NotConverged, Refused
@@ -14,9 +15,6 @@ from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import crossed, deep
-from bipot.tools.passing import faces_crossed
-from bipot.tools.plane import cross
 from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, max_abs
@@ -27,8 +25,6 @@ MOST_TURNED = float(np.pi) / 6
 MOST_STRAINED = 1.0
 """The largest equivalent strain of an increment: the midpoint strain then has an error of a tenth. Beyond twice that
 strain the equations have other solutions, in which a freely flowing body turns by a right angle and back."""
-
-FINER = "Refine the mesh there, or make the finer side the candidates."
 
 BOTH_HALVES = (
     "Model the whole body, or give the tool whole, with its own mirror image: it meets both halves of the body."
@@ -67,8 +63,6 @@ def refuse_motion(iterate: Iterate, r: Floats) -> None:
         _refuse_between(iterate)
     if iterate.increment.system.candidates.weighted:
         _refuse_unfelt(iterate, r)
-    if iterate.increment.system.candidates.deformable:
-        _refuse_passed(iterate)
     _refuse_image(iterate)
     _refuse_itself(iterate)
 
@@ -112,44 +106,6 @@ def _refuse_crossed(iterate: Iterate) -> None:
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
         advice = "Use more increments: they are too long for the tool."
         raise Refused(f"tools[{tool}] goes through node {node}", advice, too_far=True)
-
-
-def _refuse_passed(iterate: Iterate) -> None:
-    """Refuse nodes on either side of a deformable tool that pass through the other side, and sides deep in each other.
-
-    The law is posed in means, beside which single places may overlap.
-    """
-    scene, nodes = iterate.increment.system.body.scene, iterate.increment.start.nodes
-    for k, tool in enumerate(scene.tools):
-        if not isinstance(tool, DeformableTool):
-            continue
-        for names, others in ((tool.candidates, tool.surface), (tool.surface, tool.candidates)):
-            edges = scene.mesh.around(*others)
-            volume = _volumes(iterate)[scene.mesh.owners(*others)]
-            found = crossed(nodes, iterate.nodes, scene.mesh.boundary_nodes(*names), edges, volume)
-            if found is not None:
-                what = "edge" if scene.mesh.dimension == 2 else "face"
-                said = f"node {found[0]} goes through the {what} of nodes {found[1]} at tools[{k}]"
-                raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
-            own = scene.mesh.around(*names)
-            if scene.mesh.dimension == 3:
-                faces = faces_crossed(nodes, iterate.nodes, own, edges, volume)
-                if faces is not None:
-                    said = f"the face of nodes {faces[0]} goes through that of nodes {faces[1]} at tools[{k}]"
-                    raise Refused(said, "Use more increments: they are too long for what they press.", too_far=True)
-            depth = deep(iterate.nodes, own, edges, scene.ring)
-            if depth > 0:
-                said = f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges"
-                raise Refused(said, FINER)
-
-
-def _volumes(iterate: Iterate) -> Floats:
-    """Volumes (e,) of elements, in a plane the areas between their corners."""
-    mesh = iterate.increment.system.body.scene.mesh
-    if mesh.dimension == 3:
-        return iterate.response.kinematics.volume.sum(axis=1)
-    corners = iterate.nodes[mesh.elements[:, : 3 if mesh.elements.shape[1] in (3, 6) else 4]]
-    return np.asarray(cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1) / 2)
 
 
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:

@@ -21,7 +21,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
 
     In a plane of symmetry, and on an axis, normals lie in it.
     """
-    sides = tool.sides(scene.mesh)
+    met, sides = tool.met, tool.sides
     found, at = facing(nodes, sides, scene.ring), sides.node
     normal, x = found.normal.copy(), scene.mesh.nodes[at]
     for plane in scene.mirrors:
@@ -29,5 +29,13 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
         normal[there] = across(normal[there], plane.normal)
     normal, apart, far = unit(normal), np.zeros(len(x)), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
-    faced = Faced((), normal, np.abs(nodes[at]).max(axis=1), apart, found.part)
+    faced = Faced(
+        nodes=met.nodes,
+        one=met.one,
+        other=met.other,
+        normals=normal,
+        places=np.abs(nodes[at]).max(axis=1),
+        apart=apart,
+        part=found.part,
+    )
     return Points(at, found.weights, sides.point, sides.lines, faced)

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 from bipot.checks.examined import Examined
+from bipot.checks.passed import refuse_passed
 from bipot.coulomb.acceleration import Anderson, Past
 from bipot.errors import NotConverged
 from bipot.forms import Cache, Form
@@ -41,7 +42,8 @@ def solve_facing(
     """Solve the increment (:func:`~bipot.increment.solve_increment`), with deformable tools where they are at its end.
 
     Raises:
-        NotConverged: also where configurations do not come nearer to each other.
+        NotConverged: also where configurations do not come nearer to each other; Refused where sides go through each
+            other.
     """
     given = form, limits, cache, largest, observe
     if not increment.system.candidates.deformable:
@@ -56,6 +58,7 @@ def solve_facing(
         here = Examined(_facing(increment, ended).at(solved.iterate.x), solved.r, largest, limits.bounds)
         ratios = here.ratios()
         if all(ratio <= 1 for name, ratio in ratios.items() if solved.posed is None or name in POSED):
+            refuse_passed(here.iterate)
             return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
         past, mixed = MIXED.advance(past, nodes.ravel(), ended.ravel())
         nodes, near_to = mixed.reshape(nodes.shape), Near(here.iterate, solved.r)

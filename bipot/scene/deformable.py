@@ -81,7 +81,7 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     node = mesh.boundary_nodes(*tool.candidates)
     both = np.intersect1d(node, mesh.boundary_nodes(*tool.surface))[:1].tolist()
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
-    sides = tool.sides(mesh)
+    sides = tool.sides
     found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
     gap[found.apart] = 0.0

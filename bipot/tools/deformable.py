@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,19 +18,28 @@ from bipot.meshes.mesh import Mesh
 from bipot.tools.facing import Sides
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
-from bipot.typing import Bools, Floats, Vector
+from bipot.typing import Bools, Floats, Ints, Vector
 
 
 @dataclass(frozen=True, eq=False)
 class Nowhere(Surface):
-    """What points meet that are no candidates: nothing. The ``sides`` are nodes (n, d) at rest of either side."""
+    """What points meet that are no candidates: nothing. Of ``nodes`` (a, d) at rest ``one`` side has the facets (f, n),
+    that of the candidates, and the ``other`` those (g, n).
+    """
 
-    sides: tuple[Floats, ...]
+    nodes: Floats
+    one: Ints
+    other: Ints
 
     @property
     def dimension(self) -> int:
         """Number d of coordinates."""
-        return int(self.sides[0].shape[1])
+        return int(self.nodes.shape[1])
+
+    @cached_property
+    def sides(self) -> Sides:
+        """Both sides of the contact, with points by the mesh at rest."""
+        return Sides.of(self.nodes, self.one, self.other)
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`: out of reach."""
@@ -59,7 +69,8 @@ class Nowhere(Surface):
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`: where both sides of the contact have nodes in the plane."""
-        return all((np.abs(x @ np.array(normal) - position) <= roundoff).any() for x in self.sides)
+        along = self.nodes @ np.array(normal) - position
+        return all(bool((np.abs(along[of]) <= roundoff).any()) for of in (self.one, self.other))
 
     def image(self, normal: Vector, position: float) -> Surface:
         """As :meth:`Surface.image`."""
@@ -87,11 +98,6 @@ class Faced(Nowhere):
     apart: Floats
     part: Floats
 
-    @property
-    def dimension(self) -> int:
-        """Number d of coordinates."""
-        return int(self.normals.shape[1])
-
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
         straight = np.zeros(x.shape[:-1] + (3, 3) * (x.shape[-1] == 3))
@@ -109,6 +115,10 @@ class Faced(Nowhere):
         """As :meth:`Surface.passed`."""
         along = frames(self.normals)[:, : 2 if by.shape[-1] == 2 else 1]
         return np.vecdot(along, by[..., None, :])
+
+
+UNKNOWN = Nowhere(np.empty((0, 2)), *np.empty((2, 0, 2), np.intp))
+"""What a tool meets of which the mesh is not known yet."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +143,7 @@ class DeformableTool(Tool):
     mu_at: Mapping[int, float] = field(default_factory=dict)
     shear: float = math.inf
     shear_at: Mapping[int, float] = field(default_factory=dict)
-    met: Nowhere = field(default=Nowhere((np.empty((0, 2)),)), repr=False, compare=False)
+    met: Nowhere = field(default=UNKNOWN, repr=False, compare=False)
 
     path = STRAIGHT_ON
     driven_by = None
@@ -164,11 +174,12 @@ class DeformableTool(Tool):
 
     def of(self, mesh: Mesh) -> DeformableTool:
         """The same as one of a body with this ``mesh``."""
-        return replace(self, met=Nowhere(tuple(mesh.nodes[mesh.boundary_nodes(*of)] for of in self.on_mesh.values())))
+        return replace(self, met=Nowhere(mesh.nodes, mesh.around(*self.candidates), mesh.around(*self.surface)))
 
-    def sides(self, mesh: Mesh) -> Sides:
-        """Both sides of the contact, with points by the ``mesh`` at rest."""
-        return Sides.of(mesh.nodes, mesh.around(*self.candidates), mesh.around(*self.surface))
+    @property
+    def sides(self) -> Sides:
+        """Both sides of the contact, of a tool that knows its mesh (:meth:`of`)."""
+        return self.met.sides
 
     def before(self, faced: Faced) -> DeformableTool:
         """The same as its candidates meet it."""

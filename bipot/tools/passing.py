@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.tensors import norm
-from bipot.tools.polygons import area_of, inside, outward, polygons, seen, within_reach
+from bipot.tools.plane import area_of
+from bipot.tools.polygons import inside, outward, polygons, seen, within_reach
 from bipot.typing import Floats, Ints
 
 DEPTH = 0.25

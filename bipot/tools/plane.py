@@ -22,6 +22,15 @@ def cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
+def area_of(corners: Floats) -> Floats:
+    """Areas (p,) of polygons (p, k, 2) with corners in anticlockwise order.
+
+    >>> float(area_of(np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 3.0]])))
+    3.0
+    """
+    return np.asarray(cross(corners, np.roll(corners, -1, axis=-2)).sum(axis=-1) / 2)
+
+
 def farther(start: Floats, by: Floats) -> Floats:
     """|start + by| - |start| (…) of vectors (…, d), without the round-off of either length.
 

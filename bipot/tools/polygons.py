@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.tensors import norm, unit
-from bipot.tools.plane import cross
+from bipot.tools.plane import area_of, cross
 from bipot.typing import Bools, Floats, Ints, max_abs
 
 FACES = -0.1
@@ -32,7 +32,12 @@ ROUND_OFF = 1e-12
 STEPS = 6
 """The most steps of Newton's method for a place on a square: one is needed on parallelograms."""
 
+PLACED = 8 * EPS
+"""Over the size of a square, an error of such a place that is round-off."""
+
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+BILINEAR = np.stack([SQUARE[:, 0], SQUARE[:, 1], SQUARE[:, 0] * SQUARE[:, 1]])
+"""Four times the coefficients (3, 4) of xi, eta and xi eta by the corners of a square."""
 
 CORNERS, SIDES = (0.22338158967801147, 0.44594849091596489), (0.10995174365532187, 0.09157621350977074)
 RULE = np.array([np.roll([1 - 2 * b, b, b], k) for _, b in (CORNERS, SIDES) for k in range(3)])
@@ -77,7 +82,7 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     ends = _common(a, b[:, ::-1])
     middle = ends.mean(axis=1, keepdims=True)
     fans = np.stack([np.broadcast_to(middle, ends.shape), ends, np.roll(ends, -1, axis=1)], axis=2)
-    area = cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0]) / 2
+    area = area_of(fans)
     whole = area_of(a)
     share = area.sum(axis=1) / whole
     some = np.flatnonzero(share > LEAST)
@@ -106,17 +111,18 @@ def hats(corners: Floats) -> Floats:
 
 def _near(one: Floats, other: Floats, out: Floats, beyond: Floats) -> tuple[Ints, Ints]:
     """Faces (p,) of either side that may have a polygon in common, by the spheres around them, block by block."""
-    middle = [of.mean(axis=1) for of in (one, other)]
-    reach = [norm(of - mid[:, None]).max(axis=1) for of, mid in zip((one, other), middle, strict=True)]
+    # From the mean of the one side, so that differences of squares have no more round-off than those.
+    middle = [of.mean(axis=1) - one.mean(axis=(0, 1)) for of in (one, other)]
+    reach = [norm(of - of.mean(axis=1, keepdims=True)).max(axis=1) for of in (one, other)]
+    square = [np.vecdot(of, of) for of in middle]
     found = list[tuple[Ints, Ints]]()
     step = max(1, BLOCK // max(1, len(other)))
     for start in range(0, len(one), step):
         block = slice(start, start + step)
-        way = middle[1] - middle[0][block, None]
-        height = np.einsum("fgx,fx->fg", way, out[block])
-        beside = norm(way - height[..., None] * out[block, None])
+        height = out[block] @ middle[1].T - np.vecdot(out, middle[0])[block, None]
+        beside = square[0][block, None] + square[1] - 2 * middle[0][block] @ middle[1].T - height**2
         both = reach[0][block, None] + reach[1]
-        f, g = np.nonzero((out[block] @ beyond.T < FACES) & (beside < both) & (height > -both))
+        f, g = np.nonzero((out[block] @ beyond.T < FACES) & (beside < both**2) & (height > -both))
         found.append((f + start, g))
     return np.concatenate([f for f, _ in found]), np.concatenate([g for _, g in found])
 
@@ -126,11 +132,6 @@ def _axes(faces: Floats) -> Floats:
     out, along = outward(faces), faces[:, 1] - faces[:, 0]
     along = unit(along - np.vecdot(along, out)[:, None] * out)
     return np.stack([along, np.cross(out, along)], axis=1)
-
-
-def area_of(corners: Floats) -> Floats:
-    """Areas (p,) of polygons (p, k, 2)."""
-    return np.asarray(cross(corners, np.roll(corners, -1, axis=1)).sum(axis=1) / 2)
 
 
 def _common(a: Floats, b: Floats) -> Floats:
@@ -207,14 +208,17 @@ def _placed(corners: Floats, points: Floats) -> Floats:
         by_first = cross(points - start, second - start) / whole
         by_second = cross(first - start, points - start) / whole
         return np.stack([1 - by_first - by_second, by_first, by_second], axis=-1)
-    places = np.zeros_like(points)
+    # x = c + u xi + v eta + w xi eta, relative to the corners' mean c.
+    c = corners.mean(axis=1)[:, None]
+    u, v, w = np.moveaxis(BILINEAR @ corners / 4, 1, 0)[:, :, None]
+    off, places = points - c, np.zeros_like(points)
     for _ in range(STEPS):
-        shapes, slopes = _bilinear(places)
-        off = points - shapes @ corners
-        if max_abs(off) <= EPS * max_abs(corners):
+        by_first, by_second = u + places[..., 1:] * w, v + places[..., :1] * w
+        left = off - places[..., :1] * by_first - places[..., 1:] * v
+        if max_abs(left) <= PLACED * max_abs(off):
             break
-        J = np.einsum("pgkd,pka->pgad", slopes, corners)
-        places = places + np.linalg.solve(J, off[..., None])[..., 0]
+        steps = np.stack([cross(left, by_second), cross(by_first, left)], axis=-1)
+        places = places + steps / cross(by_first, by_second)[..., None]
     return _bilinear(places)[0]
 
 
@@ -222,7 +226,7 @@ def _bilinear(places: Floats) -> tuple[Floats, Floats]:
     """Shape functions (…, 4) of a square at ``places`` (…, 2), and their derivatives (…, 4, 2)."""
     factors = (1 + SQUARE * places[..., None, :]) / 2
     slopes = SQUARE / 2 * factors[..., ::-1]
-    return factors.prod(axis=-1), slopes
+    return factors[..., 0] * factors[..., 1], slopes
 
 
 def seen(faces: Floats, x: Floats) -> Floats:
