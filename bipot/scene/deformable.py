@@ -8,7 +8,7 @@ from bipot.errors import require
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import norm
 from bipot.tools.deformable import AnyTool, DeformableTool
-from bipot.tools.facing import facing
+from bipot.tools.facing import deep, facing
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, Ints
 
@@ -67,7 +67,8 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
 
     Raises:
         SceneError: of quadratic elements in space; inner edges, or some that two boundaries of one side have in common;
-            nodes in both boundaries, or coefficients at nodes of none; candidates in the surface at rest.
+            nodes in both boundaries, or coefficients at nodes of none; candidates in the surface at rest, or sides that
+            are deep in each other beside their means.
     """
     what = "edge" if mesh.dimension == 2 else "face"
     allowed = "of linear elements in space, with a deformable tool: H8 or T4"
@@ -85,10 +86,13 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
     gap[found.apart] = 0.0
-    deep = int(np.argmin(gap))
-    off = f"off the tool's surface, not {-gap[deep]:.3g} in it at node {sides.node[deep]}"
+    least = int(np.argmin(gap))
+    off = f"off the tool's surface, not {-gap[least]:.3g} in it at node {sides.node[least]}"
     allowed = INSIDE * mesh.size + CURVED * max(_height(mesh.nodes[side]) for side in (sides.one, sides.other))
-    require(gap[deep] >= -allowed, f"{label}.candidates", tool.candidates, off)
+    require(gap[least] >= -allowed, f"{label}.candidates", tool.candidates, off)
+    depth = max(deep(mesh.nodes, *of, ring) for of in ((sides.one, sides.other), (sides.other, sides.one)))
+    beside = f"off the tool's surface, not {depth:.3g} in it beside nodes: refine the mesh there"
+    require(depth == 0, f"{label}.candidates", tool.candidates, beside)
 
 
 def _height(edges: Floats) -> float:
