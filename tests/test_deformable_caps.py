@@ -31,10 +31,10 @@ K = 300 / np.sqrt(3)
 
 def dragged(element=Element.Q4, mu=5.0, m=0.3, go=0.5):
     """A block of 1 by 1, or a cube, is pressed and dragged over a longer one."""
-    if element is Element.H8:
+    if element.dimension == 3:
         low, up, geometry = (
-            brick(3.0, 1.0, 0.5, 5, 2, 1),
-            shifted(brick(1.0, 1.0, 0.5, 3, 3, 1), 0.5, 0.0, 0.5),
+            brick(3.0, 1.0, 0.5, 5, 2, 1, element=element),
+            shifted(brick(1.0, 1.0, 0.5, 3, 3, 1, element=element), 0.5, 0.0, 0.5),
             Geometry.SOLID,
         )
     else:

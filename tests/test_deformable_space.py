@@ -45,7 +45,7 @@ def last(scene, control=NEWTON, schedule=ONE):
     return accepted
 
 
-def stack(R, mu=0.0, element=Element.H8, off=0.0):
+def stack(R, mu=0.0, element=Element.H8, off=0.0, kind=Support):
     """Two cubes of 2 x 2 and 3 x 3 elements on each other, of which inner nodes of the lower one are moved ``off``."""
     low, up = (brick(1.0, 1.0, 1.0, n, n, 1, element=element) for n in (2, 3))
     nodes = low.nodes.copy()
@@ -54,20 +54,20 @@ def stack(R, mu=0.0, element=Element.H8, off=0.0):
     x, y, z = (tuple(R[:, k]) for k in range(3))
     supports = (
         Support("low/base", z),
-        *(Support(f"{part}/{side}", way) for part in ("low", "up") for side, way in (("left", x), ("front", y))),
+        *(kind(f"{part}/{side}", way) for part in ("low", "up") for side, way in (("left", x), ("front", y))),
         Prescribed("up/top", z, -0.01),
     )
     tool = DeformableTool(("low/top",), ("up/base",), mu)
     return Scene(replace(mesh, nodes=mesh.nodes @ R.T), Geometry.SOLID, ELASTIC, supports, (tool,))
 
 
-def pressed(mu=0.2, press=0.4, punch=ELASTIC, wide=7.0, n=2, quarter=True):
+def pressed(mu=0.2, press=0.4, punch=ELASTIC, wide=7.0, n=2, quarter=True, element=Element.H8):
     """An eighth, or the upper half, of a block beneath a wider punch onto which its sides may fold."""
     sizes, count = ((5.0, wide), n) if quarter else ((10.0, 2 * wide), 2 * n)
     extra = 1 if quarter else 2
     billet, above = (
-        brick(sizes[0], sizes[0], 5.0, count, count, n),
-        shifted(brick(sizes[1], sizes[1], 3.0, count + extra, count + extra, 1), 0.0, 0.0, 5.0),
+        brick(sizes[0], sizes[0], 5.0, count, count, n, element=element),
+        shifted(brick(sizes[1], sizes[1], 3.0, count + extra, count + extra, 1, element=element), 0.0, 0.0, 5.0),
     )
     if not quarter:
         billet, above = (
@@ -205,4 +205,4 @@ def test_friction_turns_with_the_slip():
 
 def test_what_does_not_fit_is_refused():
     scene = stack(np.eye(3))
-    refused(lambda: replace(scene, mesh=scene.mesh.to(Element.H20)), "linear elements in space")
+    refused(lambda: replace(scene, mesh=scene.mesh.to(Element.H20)), "H8, T4 and T10 in space")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require
+from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import norm
 from bipot.tools.deformable import AnyTool, DeformableTool
@@ -18,6 +19,10 @@ INSIDE = 1e-9
 CURVED = 1e-3
 """The same over the height of curved edges, up to which parabolas through nodes on one curve differ: of order four in
 the size of edges, while heights are of order two."""
+
+
+UNPOSED = (Element.H20,)
+"""Elements of whose faces no pieces are known."""
 
 
 def require_joined(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
@@ -66,13 +71,13 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     """Refuse a deformable tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: of quadratic elements in space; inner edges, or some that two boundaries of one side have in common;
+        SceneError: of H20 elements; inner edges, or some that two boundaries of one side have in common;
             nodes in both boundaries, or coefficients at nodes of none; candidates in the surface at rest, or sides that
             are deep in each other beside their means.
     """
     what = "edge" if mesh.dimension == 2 else "face"
-    allowed = "of linear elements in space, with a deformable tool: H8 or T4"
-    require(mesh.dimension == 2 or not mesh.element.quadratic, "scene.mesh", mesh.element.name, allowed)
+    allowed = "one of H8, T4 and T10 in space, with a deformable tool"
+    require(mesh.element not in UNPOSED, "scene.mesh", mesh.element.name, allowed)
     for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
         inner = mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")
@@ -95,6 +100,15 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     require(depth == 0, f"{label}.candidates", tool.candidates, beside)
 
 
-def _height(edges: Floats) -> float:
-    """The largest distance of middle nodes from the middle between the ends of edges (f, n, d)."""
-    return float(norm(edges[:, 1] - (edges[:, 0] + edges[:, 2]) / 2).max()) if edges.shape[1:] == (3, 2) else 0.0
+def _height(facets: Floats) -> float:
+    """The largest distance of middle nodes from the middle between the ends of edges, by facets (f, n, d) with these.
+
+    Edges in a plane have their middle node between the ends, triangles in space after their corners.
+    """
+    if facets.shape[1:] == (3, 2):
+        start, middle, end = np.moveaxis(facets, 1, 0)
+    elif facets.shape[1] == 6:
+        start, middle, end = facets[:, :3], facets[:, 3:], np.roll(facets[:, :3], -1, axis=1)
+    else:
+        return 0.0
+    return float(norm(middle - (start + end) / 2).max())

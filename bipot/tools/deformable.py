@@ -131,7 +131,7 @@ class DeformableTool(Tool):
     the shear yield stress on the side of the candidates, or ``shear_at`` of the node (:mod:`bipot.contact.shear`).
     Forces are those on the side of the candidates; the nodes of the surface bear the opposite ones.
 
-    In space elements are linear.
+    In space elements are H8, T4 or T10.
 
     Raises:
         SceneError: no boundary, one that is in both fields, a coefficient below zero.

@@ -1,6 +1,7 @@
 r"""Contact of two boundaries of one mesh: means of the gap between them, and of their relative motion.
 
-Boundaries are polygons through their nodes, with two straight parts of an edge that has a node in the middle. Points p
+Boundaries are polygons through their nodes, with two straight parts of an edge that has a node in the middle, and four
+triangles of a triangle in space that has three. Points p
 are the nodes of the boundary that may touch, with the hat functions psi_p that are linear along each of these parts.
 Seen along the normal of such a part, a place x of it faces the place y(x) on the other boundary, and
 
@@ -18,7 +19,7 @@ back by the slope before it. n_p is the mean of the outward normals m over what 
 part faces the other side, because that ends there, and moves on over a slope of this side, it is this part of that
 mean, and for the rest the mean of the inward normals of its own side.
 
-Quadratic edges are the parabolas of their shape functions in the vectors between the sides, and polygons where it is
+Quadratic edges and faces are those of their shape functions in the vectors between the sides, and polygons where it is
 asked what faces what. On straight edges with centred middle nodes the two are the same. A point at each end alone would
 leave them a mode in which the corner of a body sinks into the other side, and slips along its normals would do work.
 """
@@ -59,8 +60,8 @@ class Facing:
 class Sides:
     """Facets ``one`` (f, n) and ``other`` (g, n) that may face each other, which run anticlockwise, nodes of each.
 
-    ``lines`` (l, k) are the straight parts of edges, or the faces, of the former. Their ends are the points ``point``
-    (l, k), at the nodes ``node`` (p,).
+    ``lines`` (l, k) are the straight parts of edges, or the flat ones of faces, of the former. Their ends are the
+    points ``point`` (l, k), at the nodes ``node`` (p,).
     """
 
     one: Ints
@@ -76,7 +77,7 @@ class Sides:
         So it does at the corner of a body, of which one side may touch and the other be far off. In space faces that
         share an edge continue into each other, and a fan of such faces has one point.
         """
-        ends = straights(one) if nodes.shape[1] == 2 else one
+        ends = straights(one) if nodes.shape[1] == 2 else polygons.flats(one)
         name = (_ends if nodes.shape[1] == 2 else _fans)(nodes, ends)
         _, first, point = np.unique(name, return_index=True, return_inverse=True)
         at = ends.ravel()[first]
@@ -139,16 +140,41 @@ class Met(NamedTuple):
     @staticmethod
     def of(nodes: Floats, sides: Sides, ring: bool) -> Met:
         """Those where ``nodes`` (a, d) are at their present places."""
+        return Met.in_space(nodes, sides) if nodes.shape[1] == 3 else Met.in_plane(nodes, sides, ring)
+
+    @staticmethod
+    def in_plane(nodes: Floats, sides: Sides, ring: bool) -> Met:
+        """Those of edges in a plane, or on the meridian of a ``ring``."""
         one, other = sides.one, sides.other
-        if nodes.shape[1] == 3:
-            seen = polygons.polygons(nodes[one], nodes[other])
-            across = polygons.outward(nodes[other])[seen.other]
-            return Met(seen.one, one[seen.one], other[seen.other], seen.mine, seen.mine, seen.its, seen.weight, across)
         found = pieces(nodes, one, other, ring)
-        own, others = (of[k // (of.shape[1] - 1)] for of, k in ((one, found.one), (other, found.other)))
         mine, its = found.shapes(one.shape[1], other.shape[1])
-        across = outward(nodes[straights(other)])[found.other]
-        return Met(found.one, own, others, edge_shapes(found.xi, 2), mine, its, found.weight, across)
+        return Met(
+            lines=found.one,
+            own=one[found.one // (one.shape[1] - 1)],
+            others=other[found.other // (other.shape[1] - 1)],
+            psi=edge_shapes(found.xi, 2),
+            mine=mine,
+            its=its,
+            weight=found.weight,
+            across=outward(nodes[straights(other)])[found.other],
+        )
+
+    @staticmethod
+    def in_space(nodes: Floats, sides: Sides) -> Met:
+        """Those of faces."""
+        one, other = sides.one, sides.other
+        flat = nodes[polygons.flats(other)]
+        found = polygons.polygons(nodes[sides.lines], flat)
+        return Met(
+            lines=found.one,
+            own=one[found.one // polygons.parts(one)],
+            others=other[found.other // polygons.parts(other)],
+            psi=found.mine,
+            mine=polygons.face_shapes(found.mine, found.one, one.shape[1]),
+            its=polygons.face_shapes(found.its, found.other, other.shape[1]),
+            weight=found.weight,
+            across=polygons.outward(flat)[found.other],
+        )
 
 
 def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
@@ -196,7 +222,7 @@ def _hats(ends: Floats, ring: bool) -> Floats:
 def lowest(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
     """The least gap between facets ``one`` (f, n) and ``other`` (g, n) that face each other; 0 if none is below it."""
     if nodes.shape[1] == 3:
-        return float(polygons.polygons(nodes[one], nodes[other]).lowest.min(initial=0.0))
+        return float(polygons.polygons(*(nodes[polygons.flats(of)] for of in (one, other))).lowest.min(initial=0.0))
     return float(pieces(nodes, one, other, ring).lowest.min(initial=0.0))
 
 

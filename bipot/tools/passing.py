@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.tensors import norm
 from bipot.tools.plane import area_of
-from bipot.tools.polygons import inside, outward, polygons, seen, within_reach
+from bipot.tools.polygons import flats, inside, outward, parts, polygons, seen, within_reach
 from bipot.typing import Floats, Ints
 
 DEPTH = 0.25
@@ -19,17 +19,18 @@ THROUGH = 0.75
 def crossed(
     nodes: Floats, moved: Floats, points: Ints, faces: Ints, volume: Floats | None = None
 ) -> tuple[int, list[int]] | None:
-    """A node of ``points`` (p,) that goes through one of the ``faces`` (f, k), and which, by its nodes.
+    """A node of ``points`` (p,) that goes through one of the ``faces`` (f, n), and which, by the nodes of a flat of it.
 
     All ``nodes`` (a, 3) go straight to where they have ``moved`` (a, 3). What goes from the outer side of a face's mean
     plane to the inner, and is deeper in the end than :data:`DEPTH` of its size, went through it where it was in it. So
     did what is deeper than :data:`THROUGH` of the element behind it, where its ``volume`` (f,) is given.
     """
+    share, faces = parts(faces), flats(faces)
     before, after = nodes[faces], moved[faces]
     area = area_of(seen(after, after))
     deepest = DEPTH * np.sqrt(area)
     if volume is not None:
-        deepest = np.minimum(deepest, THROUGH * volume / area)
+        deepest = np.minimum(deepest, THROUGH * np.repeat(volume / share, share) / area)
     f, p = _boxes_meet(np.stack([nodes[points], moved[points]], axis=1), np.concatenate([before, after], axis=1))
     p = points[p]
     h, ended = (_height(of[f], x[p]) for of, x in ((before, nodes), (after, moved)))
@@ -45,10 +46,11 @@ def crossed(
 def faces_crossed(
     nodes: Floats, moved: Floats, one: Ints, other: Ints, volume: Floats
 ) -> tuple[list[int], list[int]] | None:
-    """A face of ``one`` (f, k) whose middle goes through one of the ``other`` (g, l), and which; as :func:`crossed`.
+    """A flat of faces ``one`` (f, n) whose middle goes through one of the ``other`` (g, n), and which, as does a node.
 
     Bars across each other may pass without a node in the other's way. Elements at the latter have the ``volume`` (g,).
     """
+    one = flats(one)
     middles = np.vstack([nodes, nodes[one].mean(axis=1)]), np.vstack([moved, moved[one].mean(axis=1)])
     found = crossed(*middles, len(nodes) + np.arange(len(one)), other, volume)
     return None if found is None else (one[found[0] - len(nodes)].tolist(), found[1])
@@ -70,10 +72,11 @@ def _height(faces: Floats, x: Floats) -> Floats:
 
 
 def deep(nodes: Floats, one: Ints, other: Ints) -> float:
-    """How deep faces ``one`` (f, k) and ``other`` (g, l) of ``nodes`` (a, 3) are in each other; 0 up to :data:`DEPTH`.
+    """How deep faces ``one`` (f, n) and ``other`` (g, n) of ``nodes`` (a, 3) are in each other; 0 up to :data:`DEPTH`.
 
-    That is over the size of the smaller of two faces, the root of its area.
+    That is over the size of the smaller of two of their flats, the root of its area.
     """
+    one, other = flats(one), flats(other)
     found = polygons(nodes[one], nodes[other])
     mine, its = (np.sqrt(area_of(seen(of, of))) for of in (nodes[one], nodes[other]))
     depth, smaller = -found.lowest, np.minimum(mine[found.one], its[found.other])

@@ -1,6 +1,7 @@
 """Pieces of two boundaries in space that face each other.
 
-Faces are triangles or squares. Where two of them overlap, seen along the normal of the mean plane of one, the polygon
+Faces are triangles or squares, and triangles with nodes in the middle of their edges the four :func:`flats` between
+these. Where two of them overlap, seen along the normal of the mean plane of one, the polygon
 that they have in common is cut into triangles, on which integration is exact. Places on squares are those of their
 bilinear shape functions.
 """
@@ -45,6 +46,35 @@ RULE = np.array([np.roll([1 - 2 * b, b, b], k) for _, b in (CORNERS, SIDES) for 
 
 SHARES = np.repeat([CORNERS[0], SIDES[0]], 3)
 """Its weights (6,) in the mean."""
+
+
+FLATS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
+"""The nodes (4, 3) of the flat parts of a triangle with six nodes, all in the sense of the whole."""
+
+THERE = np.vstack([np.eye(3), (np.eye(3) + np.roll(np.eye(3), 1, axis=1)) / 2])[FLATS]
+"""Barycentric places (4, 3, 3) of these in the whole."""
+
+
+def parts(faces: Ints) -> int:
+    """The number of flat parts of each of the ``faces`` (f, n)."""
+    return len(FLATS) if faces.shape[1] == 6 else 1
+
+
+def flats(faces: Ints) -> Ints:
+    """The triangles or squares (l, k) of faces (f, n) with n = 3, 4 or 6 nodes, face by face.
+
+    >>> flats(np.array([[7, 8, 9, 10, 11, 12]])).tolist()
+    [[7, 10, 12], [10, 8, 11], [12, 11, 9], [10, 11, 12]]
+    """
+    return faces if parts(faces) == 1 else faces[:, FLATS].reshape(-1, 3)
+
+
+def face_shapes(at: Floats, flat: Ints, count: int) -> Floats:
+    """Shape functions (s, g, n) of faces with n = ``count`` nodes, by those ``at`` (s, g, k) on their flats (s,)."""
+    if count < 6:
+        return at
+    place = at @ THERE[flat % len(FLATS)]
+    return np.concatenate([place * (2 * place - 1), 4 * place * np.roll(place, -1, axis=-1)], axis=-1)
 
 
 class Polygons(NamedTuple):

@@ -39,7 +39,7 @@ PRESSURE = 0.05
 
 FRICTION = 0.0, 0.3
 
-SOLIDS = Element.H8, Element.T4
+SOLIDS = Element.H8, Element.T4, Element.T10
 
 
 def blocks(slope: float, n: int, mu: float) -> Scene:
@@ -84,11 +84,11 @@ def rings(n: int, mu: float, element: Element = Element.Q4) -> Scene:
 
 
 def cubes(n: int, element: Element) -> Scene:
-    """Blocks of n/2 and 3 n/4 elements a side and n/4 high, on each other in space, pressed with friction."""
+    """Quarters of n/2 and 3 n/4 elements a side and n/4 high, on each other in space, pressed with friction."""
     sides = n // 2, 3 * n // 4
     low, high = (brick(1.0, 1.0, 0.5, side, side, n // 4, element=element) for side in sides)
     parts = {"low": low, "high": replace(high, nodes=high.nodes + np.array([0.0, 0.0, 0.5]))}
-    held = [Support(f"{part}/{side}", axis) for part in parts for side, axis in (("left", 0), ("front", 1))]
+    held = [Symmetry(f"{part}/{side}", axis) for part in parts for side, axis in (("left", 0), ("front", 1))]
     return Scene(
         mesh=together(parts),
         geometry=Geometry.SOLID,
@@ -150,8 +150,8 @@ CASE = Case(
         "force over int psi dA. Compared are the largest error of any candidate's pressure and the largest shear "
         "stress, both over the pressure. On straight interfaces the larger of the two is asked to be zero to 1e-9, "
         "with equilibrium to 1e-11. Circular interfaces are two polygons, which leave gaps of up to 1/(8 R) times "
-        "the square of an edge; with Q8 they are parabolas. In space cubes of n/2 and 3 n/4 elements a side, H8 "
-        "or T4, are pressed on each other, mu = 0.3: compared is the largest difference of a stress from its mean."
+        "the square of an edge; with Q8 they are parabolas. In space cubes of n/2 and 3 n/4 elements a side, H8, "
+        "T4 or T10, are pressed on each other, mu = 0.3: compared is the largest difference of a stress from its mean."
     ),
     asked=(
         *(Asked(f"{name}, mu = {mu:g}", 0.0, 1e-9) for name in SLOPES for mu in FRICTION),
