@@ -24,6 +24,7 @@ LONG = {
     "cattaneo_mindlin",
     "curved_beams",
     "hardness",
+    "hertz_bodies_in_space",
     "hertz_cylinder",
     "hertz_sphere",
     "hertz_two_bodies",
