@@ -8,7 +8,7 @@ certificate. These are the public names by subject; everything else is in the su
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, DeformableTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone, Extruded
-* meshes: Mesh, Element, Layout, Fine, block, cylinder, ring, brick, cylinder_3d, ring_3d, together
+* meshes: Mesh, Element, Layout, Fine, block, cylinder, ring, brick, cylinder_3d, ring_3d, together, apart
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -80,7 +80,7 @@ from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
-from bipot.meshes.together import together
+from bipot.meshes.together import apart, together
 from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.programs.factors import Pardiso, SuperLU
@@ -197,6 +197,7 @@ __all__ = [
     "Voce",
     "VolumeChange",
     "VonMises",
+    "apart",
     "block",
     "brick",
     "cone",

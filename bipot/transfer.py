@@ -27,6 +27,7 @@ from bipot.fem.strain import Configuration
 from bipot.laws.material import Materials
 from bipot.marching import march
 from bipot.meshes.mesh import Mesh
+from bipot.meshes.together import Part, parts
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
@@ -68,13 +69,14 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     """The body of a ``state`` of ``scene``, that no tool presses, as the start of a march ``onto`` another scene.
 
     The mesh of ``onto`` at rest is the deformed body drawn anew, by any elements. Its tools are off the body, its
-    supports hold the body alone. Pseudo-time begins anew. ``control`` says how the stress comes into balance:
-    of a material that drifts off its yield surface it is that of the marches, which suits it.
+    supports hold the body alone. Parts of a body, of the same names in both scenes, are drawn anew and come into
+    balance each by itself. Pseudo-time begins anew. ``control`` says how the stress comes into balance: of a material
+    that drifts off its yield surface it is that of the marches, which suits it.
 
     Raises:
         SceneError: a wrong type; contact forces; a state that no march of ``scene`` could start from; scenes of other
             geometries or materials, or of small displacements; points on one line, in space in one plane; a mesh of
-            another volume, extent or shape; tools as :func:`~bipot.handed_on`.
+            other parts, of another volume, extent or shape; tools as :func:`~bipot.handed_on`.
         IncrementFailed: the stress finds no balance.
     """
     require_type(state, State, "state")
@@ -84,8 +86,8 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     require_type(control, Control, "control")
     require(not state.forces.any(), "state.forces", max_abs(state.forces), "zero: lift the tools off the body first")
     require(scene.geometry is onto.geometry, "onto.geometry", onto.geometry, f"{scene.geometry}, as the other scene's")
-    for name, one in (("scene", scene), ("onto", onto)):
-        require(not one.mesh.connected.any(), f"{name}.mesh", "in parts", "one body, drawn anew by itself")
+    old, new = (parts(one.mesh, f"{name}.mesh") for name, one in (("scene", scene), ("onto", onto)))
+    require({*old} == {*new}, "onto.mesh: its parts", [*new], f"{[*old]}, as in the other scene")
     for name in ("material", "regions"):
         one, other = getattr(scene, name), getattr(onto, name)
         require(one == other, f"onto.{name}", other, f"{one}, as the other scene's")
@@ -94,16 +96,59 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     for name, one in (("scene", scene), ("onto", onto)):
         moves = "another one: with small displacements equilibrium is posed on the mesh at rest, which stays as it is"
         require(one.configuration is not Configuration.SMALL, f"{name}.configuration", one.configuration.value, moves)
-    before, alone = system_of(scene), replace(onto, tools=(), loads=(), supports=tuple(map(_at_rest, onto.supports)))
-    after = system_of(alone)
+    before, after = system_of(scene), system_of(onto)
     _require_of(state, before, control)
-    volume = _volume(after, onto.mesh.nodes) / _volume(before, state.nodes) - 1
-    _require_drawn(before, state.nodes, after, volume)
-    *_, balanced = march(alone, Schedule(1), control, start=_mapped(state, before, after))
-    settled = replace(balanced.state, du=np.zeros_like(onto.mesh.nodes), length=0.0, flow=None)
+    settled, moved = after.rest(), 0.0
+    for name in old:
+        released = _released(onto, new[name])
+        balanced = _drawn_anew(_of(state, old[name]), _released(scene, old[name]), released, control)
+        settled = _with(settled, balanced, new[name])
+        moved = max(moved, float(norm(balanced.nodes - released.mesh.nodes).max()) / onto.mesh.size)
     had, has = _mean(before, state), _mean(after, settled)
-    moved = float(norm(balanced.state.nodes - onto.mesh.nodes).max()) / onto.mesh.size
+    volume = _volume(after, onto.mesh.nodes) / _volume(before, state.nodes) - 1
     return Transfer(handed_on(settled, onto), volume, has / had - 1 if had > 0 else has, moved)
+
+
+def _released(scene: Scene, part: Part) -> Scene:
+    """The scene of a part of its body alone, without tools and loads, with supports at rest."""
+    held = tuple(_at_rest(support) for support in scene.supports if support.boundary in part.mesh.boundaries)
+    regions = {name: material for name, material in scene.regions.items() if name in part.mesh.regions}
+    return replace(scene, mesh=part.mesh, supports=held, tools=(), loads=(), regions=regions)
+
+
+def _of(state: State, part: Part) -> State:
+    """The fields of a part of a body, without contact."""
+    nodes, elements, none = part.nodes, part.elements, np.empty(0)
+    return replace(
+        state,
+        nodes=state.nodes[nodes],
+        stress=state.stress[elements],
+        plastic_strain=state.plastic_strain[elements],
+        peeq=state.peeq[elements],
+        du=np.zeros((len(nodes), state.nodes.shape[1])),
+        forces=np.empty((0, state.nodes.shape[1])),
+        gap=none,
+        translation=none,
+        translated=none,
+        length=0.0,
+        flow=None,
+    )
+
+
+def _with(whole: State, own: State, part: Part) -> State:
+    """The ``whole`` state with the fields of a part."""
+    fields = {name: np.array(getattr(whole, name)) for name in ("nodes", "stress", "plastic_strain", "peeq")}
+    for name, field in fields.items():
+        field[part.nodes if name == "nodes" else part.elements] = getattr(own, name)
+    return replace(whole, **fields)
+
+
+def _drawn_anew(state: State, scene: Scene, onto: Scene, control: Control) -> State:
+    """The state of one connected body on another mesh, in balance there."""
+    before, after = system_of(scene), system_of(onto)
+    _require_drawn(before, state.nodes, after, _volume(after, onto.mesh.nodes) / _volume(before, state.nodes) - 1)
+    *_, balanced = march(onto, Schedule(1), control, start=_mapped(state, before, after))
+    return balanced.state
 
 
 def _require_of(state: State, before: System, control: Control) -> None:
