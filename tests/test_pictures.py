@@ -131,6 +131,26 @@ def test_tractions_are_drawn_from_the_axis_outwards(run, ax):
         plot.contact_traction(run, ax=ax, tool=1)
 
 
+def test_of_two_tools_that_may_touch_the_same_surface_each_has_its_own_tractions(tmp_path):
+    """Of both platens, and of a body beside them, top and base are candidates; only one is pressed by each."""
+    both = ("top", "base")
+    above = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.001), both, 0.1)
+    below = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), both, 0.1)
+    given = scene(mesh=block(1.0, 1.0, 2, 2), supports=(Support("left", 0),), tools=(above, below))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        out.record(next(march(given, Schedule(1))))
+    run = open_results(tmp_path)
+    for tool, name in enumerate(both):
+        pressure, shear = plot.contact_traction(run, ax=Figure().add_subplot(), tool=tool)
+        x = pressure.get_xdata()
+        paths = chains(run.mesh, list(both))
+        known = [np.isfinite(line.get_ydata()) for line in (pressure, shear)]
+        drawn = np.concatenate([np.append(path, -1) for path in paths])
+        assert set(drawn[known[0]].tolist()) == set(run.mesh.boundary_nodes(name).tolist())
+        np.testing.assert_array_equal(*known)
+        assert np.isfinite(x[known[0]]).all()
+
+
 def test_a_picture_without_an_edge_in_contact_says_so(run, tmp_path, ax):
     plot.contact_traction(run, 0.1, ax)
     assert len(ax.texts) == 0

@@ -219,7 +219,7 @@ def contact_traction(
     to the left; on an upright surface at the lower end. Shear is positive along (n_y, -n_x), n from the tool into the
     body. Nodes off the contact line, as where a weld pulls, or held by a support have no traction, and the lines end
     there. If no edge is on the line, as with a single node in contact, the picture says so; tractions of a start that
-    carries forces are not known. A node that two tools share has the traction of the one with the larger normal force.
+    carries forces are not known. Nodes on which another tool presses more have the traction of that one: lines end there.
 
     Raises:
         SceneError: a ``tool`` that the run has not, a value that is not recorded, no opened run, a body in space.
@@ -234,10 +234,11 @@ def contact_traction(
     edges = result.mesh.edges(*about["candidates"])
     shown[edges[:, [0, -1]] if about.get("sampling") == Sampling.WEIGHTED else edges] = True
     paths = [path[shown[path]] for path in chains(result.mesh, about["candidates"])]
-    arcs = _arcs(paths, nodes)
+    touched, arcs = snapshot.touched, _arcs(paths, nodes)
+    others = (touched != NO_CANDIDATE) & (touched != tool)
     drawn = []
     for name, style in (("contact_pressure", "o-"), ("contact_shear", "s--")):
-        values = snapshot.nodal(name)
+        values = np.where(others, np.nan, snapshot.nodal(name))
         # NaN separates the lines of two parts of the surface.
         x = np.concatenate([np.append(arc, np.nan) for arc in arcs])
         y = np.concatenate([np.append(values[path], np.nan) for path in paths])

@@ -18,7 +18,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.state import State
 from bipot.system import System
 from bipot.traction import ContactTraction
-from bipot.typing import Floats, einsum, max_abs
+from bipot.typing import Floats, Ints, einsum, max_abs
 
 NO_CANDIDATE = -1
 
@@ -80,7 +80,7 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     least, most = SINGLE
     kind = np.float32 if least <= max_abs(system.body.scene.materials.elasticity.young) <= most else np.float64
-    order = np.lexsort((-step.gap, np.abs(state.forces[:, 0])))
+    order = rising(step.gap, state.forces)
     node, count = candidates.node[order], len(mesh.nodes)
 
     def scatter(values: NDArray[Any], empty: float) -> NDArray[Any]:
@@ -98,6 +98,11 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
         "status": scatter(step.tractions.status, NO_CANDIDATE),
         **_apart(averaging(step.volume, values), kind),
     }
+
+
+def rising(gap: Floats, forces: Floats) -> Ints:
+    """The order of candidates, with ``gap`` (c,) and ``forces`` (c, d), in which the last of a node has its fields."""
+    return np.lexsort((-gap, np.abs(forces[:, 0])))
 
 
 def cell_fields(step: StoredStep, values: Floats) -> dict[str, NDArray[Any]]:

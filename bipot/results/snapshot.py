@@ -13,7 +13,7 @@ from bipot.results.names import FIELDS, Place, Rank, component_names, split
 from bipot.results.static import Line
 from bipot.results.stored import RunReader
 from bipot.state import State
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,11 @@ class Snapshot:
         """Lines (p, d) of the tools at their positions."""
         (lines,) = self.reader(lambda run: run.tools(self.step, self.step + 1))
         return lines
+
+    @property
+    def touched(self) -> Ints:
+        """The tool (a,), by its number, of which each node has gap, contact traction and status; -1 of none."""
+        return self.reader(lambda run: run.touched(self.step))
 
     def nodal(self, name: str) -> NDArray[Any]:
         """Field of the nodes: (a,), a vector (a, 3) or a tensor (a, 6); NaN (status: -1) off the candidates.

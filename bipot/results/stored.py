@@ -20,12 +20,13 @@ from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
+from bipot.results.fields import NO_CANDIDATE, rising
 from bipot.results.names import FIELDS, FIXED, FORMER, GROUPS, Place
 from bipot.results.static import FORMAT, Line, Lines
 from bipot.state import State
 from bipot.tensors import components
 from bipot.tools.poses import pose_size
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 
 TRIES, PAUSE = 50, 0.02
 """How often a file that is being written is read again, and the seconds between."""
@@ -178,6 +179,20 @@ class Run:
             self.root.require(stored in group, f"VTKHDF/{GROUPS[place]}/{name}", "missing", NEWER)
         rows = self.root.group("bipot/mesh").length("nodes" if place is Place.NODES else "elements")
         return group.rows(stored, known.kind, step * rows, (step + 1) * rows, known.shape, finite=known.finite)
+
+    def touched(self, step: int) -> Ints:
+        """The number (a,) of the tool of which each node has gap, traction and status in a step, -1 of none."""
+        group, steps = self.root.group("bipot/candidates"), self.root.group("bipot/steps")
+        points = self.root.group("bipot/mesh").length("nodes")
+        node = group.array("node", "i", (None,), least=0, most=points - 1)
+        tool = group.array("tool", "i", node.shape, least=0)
+        gap, forces = (
+            steps.rows(name, "f", step, step + 1, (len(node), *rest))[0]
+            for name, rest in (("gap", ()), ("contact_force", (self._dimension,)))
+        )
+        order, out = rising(gap, forces), np.full(points, NO_CANDIDATE)
+        out[node[order]] = tool[order]
+        return out
 
     def tools(self, first: int, last: int) -> list[list[Line]]:
         """The lines of the tools in the steps from ``first`` up to and without ``last``."""
