@@ -104,6 +104,13 @@ def test_an_increment_that_inverts_at_its_middle_is_refused_though_its_end_is_no
         run(mesh, mesh.nodes * np.array([-3.0, -1.5]))
 
 
+def test_half_a_turn_is_refused_and_nothing_is_divided_by_zero():
+    """Halfway, I - H/2 = 0."""
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
+    with pytest.raises(InvertedElement, match="at the middle over that at the end"):
+        run(mesh, -2 * mesh.nodes)
+
+
 def test_the_places_of_strain_and_equilibrium():
     mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
     du = 0.1 * mesh.nodes

@@ -47,15 +47,16 @@ def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]
     """
     half = (g[..., 0] * g[..., 3] - g[..., 1] * g[..., 2]) / 2
     ratio = 1 - (g[..., 0] + g[..., 3]) / 2 + half / 2
+    positive = (ratio, 1 - g[..., 4] / 2) if reduction.ring else (ratio,)
+    if not all(of.min() > 0 for of in positive):
+        return g, positive
     out = g.copy()
     out[..., 0] -= half
     out[..., 3] -= half
     out[..., :4] /= ratio[..., None]
-    if not reduction.ring:
-        return out, (ratio,)
-    shrink = 1 - g[..., 4] / 2
-    out[..., 4] /= shrink
-    return out, (ratio, shrink)
+    if reduction.ring:
+        out[..., 4] /= positive[1]
+    return out, positive
 
 
 def half_rotation(g: Floats, reduction: Reduction) -> Floats:
