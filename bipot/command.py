@@ -152,6 +152,7 @@ def _lines(result: History) -> Iterator[str]:
     boundaries = f"boundaries {', '.join(mesh.boundaries)}"
     yield f"mesh: {len(mesh.nodes)} nodes, {len(mesh.elements)} {kind}; {boundaries}{regions}"
     yield f"material: {result.scene['material']}"
+    yield from (f"material of {name}: {own}" for name, own in result.scene.get("regions", {}).items())
     yield f"tools: {len(result.scene['tools'])}"
     yield "parameters:"
     yield from (f"  {name} = {value}" for name, value in result.parameters.items())

@@ -9,6 +9,7 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
+from bipot import Elastic, Elasticity
 from bipot.command import info
 from bipot.errors import ResultsError, SceneError
 from bipot.marching import march
@@ -93,6 +94,14 @@ def test_without_regions_there_is_no_such_field(recorded):
 def test_the_summary_names_the_regions(folder, recorded):
     assert "; boundaries axis, side, base, top; regions shell, core\n" in info(open_results(folder))
     assert "regions" not in info(open_results(recorded))
+
+
+def test_the_summary_tells_the_material_of_each_region(tmp_path):
+    own = Elastic(Elasticity(70_000.0, 0.25))
+    with recorder(tmp_path, replace(PARTED, regions={"core": own})):
+        pass
+    words = info(open_results(tmp_path))
+    assert f"\nmaterial: {PARTED.material!r}\nmaterial of core: {own!r}\ntools: " in words
 
 
 @pytest.mark.parametrize(
