@@ -3,7 +3,9 @@ r"""Tractions of contact forces on the contact line, and the status of its point
 Where contact is posed in the mean around the ends of edges (:mod:`bipot.contact.sampling`), the forces are those of a
 traction, t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, because the cone is
 convex, sign and cone between them; it falls to zero at the first open point. :func:`tractions` gives it. So it is at
-deformable tools (:mod:`bipot.tools.facing`), with the area that faces the tool.
+deformable tools (:mod:`bipot.tools.facing`), with the area that faces the tool. Beyond the end of a tool a point may
+have a force and hardly an area. With less than :data:`LEAST_SHARE` of its own that faces the tool, area and force are
+added to those of the points beside it, in proportion to their areas, and its traction is the mean of theirs.
 
 Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
 of a tool consists of those current edges of its candidate boundaries that have at least two closed nodes, with
@@ -27,6 +29,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.contact.candidates import Candidates
@@ -47,6 +50,9 @@ SLIP_TOLERANCE = 1e-6
 
 LEAST_SHARE = 0.05
 """A node with less than this fraction of the area of the edges around it has no traction of its own."""
+
+ROUNDED = 1e-12
+"""Relative difference of two sums of limits that is round-off."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +107,7 @@ def tractions(
     if rows is not None:
         # Where a cap acts, its quotient with the pressure.
         np.divide(rows.limit(r), r[:, 0], out=mu, where=np.isfinite(rows.cap) & (r[:, 0] > 0))
+    rubbed = np.where(np.isfinite(mu), mu, 0.0) * np.maximum(r[:, 0], 0.0)
     rubbing = candidates.tangent_free if known is None else candidates.tangent_free | known
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):
@@ -109,11 +116,16 @@ def tractions(
         if not line.size:
             continue
         if in_means(candidates.points[number]):
-            found = multipliers(candidates, number, nodes, r)
+            both = multipliers(candidates, number, nodes, np.column_stack([r, rubbed]))
+            found, most = both[:, :-1], both[:, -1]
         else:
             found = nodal_tractions(nodes[candidates.node], edges, candidates.scene.geometry, r)
+            most = None
         pressure[line] = np.maximum(found[line, 0], 0.0)
         limit = np.multiply(mu, pressure, out=np.full(len(r), np.inf), where=np.isfinite(mu))
+        if most is not None:
+            # That of forces that are added up, where coefficients differ or a cap acts.
+            limit = np.where(np.isinf(limit) | np.isclose(most, limit, rtol=ROUNDED, atol=0.0), limit, most)
         limit[~rubbing] = 0.0
         along = project_disc(found[line, 1:], limit[line])
         shear[line] = component(along)
@@ -163,7 +175,7 @@ def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
 
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:
-    """t_p = r_p / int psi_p dA (c, d) at the means of a tool by its ``number``; zero at other candidates."""
+    """t_p = r_p / int psi_p dA (c, k) of forces r (c, k) at the means of a tool by its ``number``; zero at others."""
     points, numbers, geometry = candidates.points[number], candidates.number[number], candidates.scene.geometry
     area = np.zeros(len(numbers))
     shares = hat_areas if points.weighted else nodal_areas
@@ -172,8 +184,33 @@ def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -
         area *= points.faced.part
     out = np.zeros(r.shape)
     known = (numbers >= 0) & (area > 0)
-    out[numbers[known]] = r[numbers[known]] / area[known, None]
+    if points.faced is None:
+        out[numbers[known]] = r[numbers[known]] / area[known, None]
+        return out
+    forces = np.zeros((len(area), r.shape[1]))
+    forces[known] = r[numbers[known]]
+    enough = points.faced.part >= LEAST_SHARE
+    shares = _shares(points.edges, area, known & enough, forces.any(axis=1) & ~enough)
+    whole, forces = shares.T @ np.where(known, area, 0.0), shares.T @ forces
+    found = shares @ np.divide(forces, whole[:, None], out=np.zeros_like(forces), where=whole[:, None] > 0)
+    out[numbers[known]] = found[known]
     return out
+
+
+def _shares(edges: Ints, area: Floats, enough: Bools, few: Bools) -> sp.csr_array:
+    """Shares (p, p) of points in place of each point: of ``few`` (p,) those beside it that have ``enough`` (p,) area.
+
+    They are on common facets ``edges`` (f, n), and share in proportion to their ``area`` (p,). In place of any other
+    point, or where none is beside, there is itself.
+    """
+    n, count = edges.shape[1], len(area)
+    one, other = np.repeat(edges, n, axis=1).ravel(), np.tile(edges, n).ravel()
+    beside = np.unique(np.stack([one, other])[:, few[one] & enough[other]], axis=1)
+    total = np.bincount(beside[0], area[beside[1]], count)
+    alone = np.flatnonzero(total == 0)
+    share = np.concatenate([area[beside[1]] / total[beside[0]], np.ones(len(alone))])
+    place = np.concatenate([beside, np.stack([alone, alone])], axis=1)
+    return sp.csr_array((share, (place[0], place[1])), shape=(count, count))
 
 
 def in_means(points: Points) -> bool:

@@ -219,7 +219,7 @@ def contact_traction(
     to the left; on an upright surface at the lower end. Shear is positive along (n_y, -n_x), n from the tool into the
     body. Nodes off the contact line, as where a weld pulls, or held by a support have no traction, and the lines end
     there. If no edge is on the line, as with a single node in contact, the picture says so; tractions of a start that
-    carries forces are not known. Nodes on which another tool presses more have the traction of that one: lines end there.
+    carries forces are not known. Where another tool presses a node more, the traction is of that one: lines end there.
 
     Raises:
         SceneError: a ``tool`` that the run has not, a value that is not recorded, no opened run, a body in space.
