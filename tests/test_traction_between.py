@@ -31,12 +31,18 @@ def beyond(by, element=Element.Q4, **friction):
     return Scene(mesh, Geometry.PLANE_STRAIN, STEEL, held, tools, regions={"up": ELASTIC})
 
 
+def faced_part(candidates):
+    (points,) = candidates.points
+    assert points.faced is not None
+    return points.faced.part
+
+
 def areas(candidates, nodes):
     """Of straight sides, int psi_p dA (c,) over the part that faces the tool."""
     (points,) = candidates.points
     ends = nodes[points.lines]
     half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
-    return points.faced.part * np.bincount(points.edges.ravel(), np.repeat(half, 2))
+    return faced_part(candidates) * np.bincount(points.edges.ravel(), np.repeat(half, 2))
 
 
 @pytest.mark.parametrize("by", [1e-6, 1e-3, 0.05])
@@ -45,7 +51,7 @@ def test_a_point_of_which_a_sliver_faces_the_tool_has_the_traction_beside_it(by)
     (accepted,) = march(beyond(by, Element.Q8), Schedule(1), Control(Newton(), ()))
     candidates, nodes = accepted.solved.iterate.increment.system.candidates, accepted.solved.iterate.balanced
     found, r = accepted.traction, accepted.state.forces
-    part = candidates.points[0].faced.part
+    part = faced_part(candidates)
     few = (part > 0) & (part < 0.05)
     assert few.sum() == 2
     assert r[few, 0].max() > 0.01 * r[:, 0].max()
@@ -77,5 +83,5 @@ def test_a_contact_within_one_edge_has_its_own_traction():
     area = areas(candidates, nodes)
     r = np.zeros((4, 2))
     r[:, 0] = 7.0 * area
-    np.testing.assert_allclose(candidates.points[0].faced.part[1:3], 0.005)
+    np.testing.assert_allclose(faced_part(candidates)[1:3], 0.005)
     np.testing.assert_allclose(multipliers(candidates, 0, nodes, r)[1:3, 0], 7.0)

@@ -7,8 +7,10 @@ p_p psi_p would do more work against them than against their mean, by
     l_p = s_p (int psi_p |u_t| dA - |P_p int psi_p u_t dA|) / int psi_p dA,    s_p = min(mu r_n, cap),
 
 with the slips u_t = sum_k N_k u_k of the facets, where nodes move by u_k along the tool, and P_p the projection of a
-mean by planes of symmetry. It is never negative, because psi_p is not, and zero where the slips in each mean have one
-direction. The law is met at the means, so that no certificate shows it. What is returned is the part
+mean by planes of symmetry. At deformable tools (:mod:`bipot.tools.facing`) the integrals are those over what faces the
+tool, and slips those of both sides, u_t = sum_k N_k u_k - sum_l N_l u_l. It is never negative, because psi_p is not,
+and zero where the slips in each mean have one direction. The law is met at the means, so that no certificate shows it.
+What is returned is the part
 
     sum_p l_p / (|W| + sum_p l_p)
 
@@ -21,11 +23,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.contact.sampling import hats
+from bipot.contact.sampling import Points, hats
 from bipot.fem.elements import facet
 from bipot.fem.surface import facet_weights
 from bipot.iterate import Iterate
 from bipot.tensors import norm
+from bipot.tools.deformable import DeformableTool
+from bipot.tools.facing import Met, Sides
 from bipot.typing import Floats, einsum
 
 ROUND_OFF = 64 * float(np.finfo(float).eps)
@@ -35,7 +39,7 @@ ROUND_OFF = 64 * float(np.finfo(float).eps)
 def cancelled(iterate: Iterate, r: Floats) -> float:
     """The part of the increment's work by which friction under contact forces r (c, d) is too small, in [0, 1]."""
     contacts = iterate.increment.system.candidates
-    if not contacts.weighted:
+    if not (contacts.weighted or contacts.deformable):
         return 0.0
     # Round-off leaves forces below zero where tools rest or lift off.
     limit = np.where(iterate.rows.tied, 0.0, np.maximum(iterate.rows.limit(r), 0.0))
@@ -50,23 +54,45 @@ def _parted(iterate: Iterate) -> Floats:
     contacts = iterate.increment.system.candidates
     scene, d = contacts.scene, contacts.scene.mesh.dimension
     lengths, slips = np.zeros(len(contacts.node)), np.zeros((len(contacts.node), d))
-    for nodal, points, number in zip(_slips(iterate), contacts.points, contacts.number, strict=True):
-        if not points.weighted:
+    moved = _slips(iterate) if contacts.weighted else None
+    for k, (tool, points, number) in enumerate(zip(scene.tools, contacts.points, contacts.number, strict=True)):
+        used = number >= 0
+        if isinstance(tool, DeformableTool) and points.faced is not None:
+            length, mean = _between(iterate, tool.sides, points, points.faced.normals)
+            lengths[number[used]], slips[number[used]] = length[used], mean[used]
+        if not points.weighted or moved is None:
             continue
         table = facet(points.lines.shape[1], d)
         psi = table.values @ hats(points.lines.shape[1], d).T
         weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, points.lines, scene.geometry), psi)
         area = np.bincount(points.edges.ravel(), weight.sum(axis=1).ravel())
-        slip = table.values @ nodal[points.lines]
+        slip = table.values @ moved[k][points.lines]
         length, mean = np.zeros(len(area)), np.zeros((len(area), d))
         np.add.at(length, points.edges, einsum("fqk,fq->fk", weight, norm(slip)))
         np.add.at(mean, points.edges, einsum("fqk,fqd->fkd", weight, slip))
-        used = number >= 0
         lengths[number[used]] = length[used] / area[used]
         slips[number[used]] = mean[used] / area[used, None]
     # In a plane a mean that continues beyond an axis or a plane of symmetry does not slip, nor do supports move it.
     still = ~(contacts.tangent_free | contacts.tangent_held)
     return np.maximum(lengths - np.where(still, 0.0, norm(contacts.means.kept(slips))), 0.0)
+
+
+def _between(iterate: Iterate, sides: Sides, points: Points, normals: Floats) -> tuple[Floats, Floats]:
+    """Mean lengths (p,) of slips of ``sides`` of parts, and means (p, d), around ``points`` with ``normals`` (p, d).
+
+    Both are zero where nothing is faced.
+    """
+    met, du = Met.of(iterate.nodes, sides, iterate.increment.system.body.scene.ring), iterate.response.du
+    moved = einsum("sgk,skd->sgd", met.mine, du[met.own]) - einsum("sgk,skd->sgd", met.its, du[met.others])
+    point, weight = points.edges[met.lines], met.weight[..., None] * met.psi
+    n = normals[point][:, None]
+    slip = moved[:, :, None] - np.vecdot(moved[:, :, None], n)[..., None] * n
+    area, length, mean = np.zeros(len(normals)), np.zeros(len(normals)), np.zeros(normals.shape)
+    np.add.at(area, point, weight.sum(axis=1))
+    np.add.at(length, point, einsum("sgk,sgk->sk", weight, norm(slip)))
+    np.add.at(mean, point, einsum("sgk,sgkd->skd", weight, slip))
+    area = np.where(area > 0, area, np.inf)
+    return length / area, mean / area[:, None]
 
 
 def _slips(iterate: Iterate) -> Floats:

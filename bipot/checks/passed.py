@@ -32,7 +32,7 @@ def refuse_passed(iterate: Iterate) -> None:
             if through is not None:
                 advice = "Use more increments: they are too long for what they press."
                 raise Refused(f"{through} at tools[{k}]", advice, too_far=True)
-            depth = deep(after, *(scene.mesh.around(*names) for names in (mine, its)), scene.ring)
+            depth = deep(after, scene.mesh.around(*mine), scene.mesh.around(*its), scene.ring)
             if depth > 0:
                 raise Refused(f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges", FINER)
 
