@@ -9,7 +9,7 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from bipot import Elastic, Elasticity
+from bipot import DeformableTool, Elastic, Elasticity, Geometry, Support, block, together
 from bipot.command import info
 from bipot.errors import ResultsError, SceneError
 from bipot.marching import march
@@ -77,6 +77,19 @@ def test_the_field_is_described_and_read_by_name(folder):
         np.testing.assert_array_equal(run.cell("region", row), FIRST)
     with pytest.raises(SceneError, match="field = 'region'"):
         run.nodal("region")
+
+
+def test_regions_of_a_part_are_told_apart_from_the_rest_of_it(tmp_path):
+    """The part is a region, too, which has all of its elements."""
+    insert = replace(block(1.0, 1.0, 2, 2), regions={"insert": [1]})
+    mesh = together({"die": insert, "other": replace(insert, nodes=insert.nodes + (0.0, 1.0))})
+    held = Support("die/base", 0), Support("die/base", 1), Support("other/top", 0), Support("other/top", 1)
+    tools = (DeformableTool(("die/top",), ("other/base",), 0.1),)
+    with recorder(tmp_path, replace(PARTED, mesh=mesh, geometry=Geometry.PLANE_STRAIN, supports=held, tools=tools)):
+        pass
+    run = open_results(tmp_path)
+    numbers = run.at(0.0, by="tau").cell("region")
+    assert [run.regions[k] for k in numbers[:5]] == ["die", "die/insert", "die", "die", "other"]
 
 
 def test_without_regions_there_is_no_such_field(recorded):

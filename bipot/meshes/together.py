@@ -15,7 +15,8 @@ from bipot.typing import Ints
 def together(meshes: Mapping[str, Mesh]) -> Mesh:
     """One mesh of several parts, of one kind of element, each of which is a region of its name.
 
-    Boundaries and regions of a part keep their names after its own: ``punch/base``.
+    Boundaries and regions of a part keep their names after its own: ``punch/base``. The regions come before the part,
+    so that pictures that show the first region of an element show these.
 
     Raises:
         SceneError: no mesh, another type, elements of two kinds, one name for two boundaries or regions.
@@ -39,7 +40,7 @@ other/right, other/top; regions one, other)
         twice = sorted({*own} & {*boundaries} | ({part, *members} & {*regions}))
         require(not twice, f"meshes[{part!r}]", twice[:1], "boundaries and regions of names that no part before has")
         boundaries |= own
-        regions |= {part: of + np.arange(len(mesh.elements)), **members}
+        regions |= {**members, part: of + np.arange(len(mesh.elements))}
         nodes.append(mesh.nodes)
         elements.append(mesh.elements + at)
         at, of = at + len(mesh.nodes), of + len(mesh.elements)
