@@ -47,7 +47,8 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     where the tools rest; closed ones also where both rest.
 
     Raises:
-        ProgramError: a welded point, capped friction, or a singular stiffness, as where forces drive a tool.
+        ProgramError: a welded point, capped friction, or a singular stiffness, as where forces drive a tool or contact
+            alone holds a part.
     """
     require_type(accepted, Accepted, "accepted")
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r

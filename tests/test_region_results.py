@@ -82,7 +82,7 @@ def test_the_field_is_described_and_read_by_name(folder):
 def test_regions_of_a_part_are_told_apart_from_the_rest_of_it(tmp_path):
     """The part is a region, too, which has all of its elements."""
     insert = replace(block(1.0, 1.0, 2, 2), regions={"insert": [1]})
-    mesh = together({"die": insert, "other": replace(insert, nodes=insert.nodes + (0.0, 1.0))})
+    mesh = together({"die": insert, "other": replace(insert, nodes=np.add(insert.nodes, (0.0, 1.0)))})
     held = Support("die/base", 0), Support("die/base", 1), Support("other/top", 0), Support("other/top", 1)
     tools = (DeformableTool(("die/top",), ("other/base",), 0.1),)
     with recorder(tmp_path, replace(PARTED, mesh=mesh, geometry=Geometry.PLANE_STRAIN, supports=held, tools=tools)):
