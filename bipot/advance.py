@@ -13,7 +13,7 @@ from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import closed
-from bipot.scene.supports import Symmetry
+from bipot.scene.supports import Support, Symmetry
 from bipot.state import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
@@ -111,10 +111,14 @@ class Advance:
     @cached_property
     def way(self) -> Floats:
         """The translation (d,) in :attr:`along`."""
+        return self._nearest(self.candidates.scene.supports)
+
+    def _nearest(self, supports: Sequence[Support]) -> Floats:
+        """The translation (d,) within all planes of symmetry that is nearest to what these ``supports`` prescribe."""
         scene = self.candidates.scene
-        if not self.driven.any():
+        supports = [support for support in supports if not isinstance(support, Symmetry)]
+        if not self.driven.any() or not supports:
             return np.zeros(scene.mesh.dimension)
-        supports = [support for support in scene.supports if not isinstance(support, Symmetry)]
         ways = [support.along(scene.mesh.dimension) for support in supports]
         asked = [support.at(self.tau) - support.at(self.start.tau) for support in supports]
         return nearest(ways, asked, scene.directions.planes)
@@ -164,8 +168,24 @@ class Advance:
 
     @cached_property
     def taken(self) -> Floats:
-        """Displacement (w, d) of parts of a body at rest, carried by supports and by tools other than the part's."""
-        return self.carried_on.after(np.ones(len(self.frames)))
+        """Displacement (w, d) of parts of a body at rest, carried by supports and by tools other than the part's.
+
+        At deformable tools it is how the sides go to each other that their own supports carry: :attr:`parted`.
+        """
+        alone = self.carried_on.after(np.ones(len(self.frames)))
+        if not self.candidates.deformable:
+            return alone
+        both = self.candidates.met.motion(self.parted)
+        return np.where(self.between[self.candidates.parts.owner, None], both, alone)
+
+    @cached_property
+    def parted(self) -> Floats:
+        """Displacement (a, d) of the parts of the mesh, each by the translation nearest to what its supports ask."""
+        scene, out = self.candidates.scene, np.zeros(self.start.nodes.shape)
+        for part in range(scene.mesh.part.max() + 1):
+            own = scene.mesh.part == part
+            out[own] = self._nearest([s for s in scene.supports if own[scene.mesh.boundaries[s.boundary]].any()])
+        return out
 
     @cached_property
     def carried_on(self) -> Carried:
@@ -226,8 +246,13 @@ class Advance:
         contacts = self.candidates
         if not contacts.deformable:
             return self.start.gap
-        own = np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools])[contacts.tool]
-        return np.where(own, contacts.distance(self.start.nodes, self.placed), self.start.gap)
+        return np.where(self.between, contacts.distance(self.start.nodes, self.placed), self.start.gap)
+
+    @cached_property
+    def between(self) -> Bools:
+        """Which candidates (c,) meet deformable tools."""
+        contacts = self.candidates
+        return np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools])[contacts.tool]
 
     @cached_property
     def opening(self) -> Floats:

@@ -33,7 +33,8 @@ lands on it, is in touch as long as the point follows it. Of its slip the part
     b = |v| / (|v| + a),        v = n . (du - du_0) less what a penalty lets it sink,
 
 rubs, with a the gap that opens, or that closes while a point slips, and du_0 the motion of a body that its supports and
-the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). Where curved tools come to points, slips begin
+the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). At a deformable tool v is how the two sides go
+to each other, du_0 that of parts that their own supports carry. Where curved tools come to points, slips begin
 where they touch (:mod:`bipot.tools.meeting`): no gap is left to close.
 
 The ``start`` is the accepted state; an increment of BDF2 is solved from another one, with the flow carried on.

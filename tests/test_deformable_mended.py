@@ -99,3 +99,14 @@ def test_thin_strips_do_not_pass_each_other_in_one_increment() -> None:
     scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(210e3, 0.3)), (*held, *driven), (tool,))
     with pytest.raises(IncrementFailed, match=r"sides of tools\[0\]|goes through"):
         list(march(scene, Schedule(1)))
+
+
+def test_of_a_slip_that_ends_on_another_part_what_is_in_the_air_is_no_friction() -> None:
+    """Nine tenths of the way are a gap: of one increment half of the slip counted, of many what is in touch."""
+    mesh = _stacked(1.0, (3, 2), (5, 2))
+    mesh = replace(mesh, nodes=mesh.nodes + np.where(mesh.part[:, None] == mesh.part.max(), [0.0, 0.009], 0.0))
+    held = Support("low/base", 1), Support("low/base", 0), Prescribed("up/top", 1, -0.01), Prescribed("up/top", 0, 0.1)
+    tools = (DeformableTool(("low/top",), ("up/base",), 0.3),)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(210e3, 0.3)), held, tools)
+    once, often = (list(march(scene, Schedule(n), Control(Newton())))[-1].energies.friction for n in (1, 20))
+    assert once == pytest.approx(often, rel=0.25)
