@@ -1,9 +1,10 @@
 """Pieces of two boundaries in space that face each other.
 
 Faces are triangles or squares, and triangles with nodes in the middle of their edges the four :func:`flats` between
-these. Where two of them overlap, seen along the normal of the mean plane of one, the polygon
-that they have in common is cut into triangles, on which integration is exact. Places on squares are those of their
-bilinear shape functions.
+these. Where two of them overlap, seen along the normal of the mean plane of one, the polygon that they have in common
+is cut into triangles from its centroid. Places on squares are those of their bilinear shape functions. Integration is
+exact on triangles and parallelograms; on other squares integrands are rational, and what is left out nearly cancels
+between the triangles around a centroid.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     a, b = (seen(one[i], of) for of in (one[i], other[j]))
     height = np.einsum("px,pvx->pv", out[i], other[j] - one[i].mean(axis=1, keepdims=True))
     ends = _common(a, b[:, ::-1])
-    middle = ends.mean(axis=1, keepdims=True)
+    middle = _centroids(ends)[:, None]
     fans = np.stack([np.broadcast_to(middle, ends.shape), ends, np.roll(ends, -1, axis=1)], axis=2)
     area = area_of(fans)
     whole = area_of(a)
@@ -162,6 +163,16 @@ def _axes(faces: Floats) -> Floats:
     out, along = outward(faces), faces[:, 1] - faces[:, 0]
     along = unit(along - np.vecdot(along, out)[:, None] * out)
     return np.stack([along, np.cross(out, along)], axis=1)
+
+
+def _centroids(corners: Floats) -> Floats:
+    """Centroids (p, 2) of polygons (p, k, 2), means of the corners where there is no area."""
+    first = corners - corners[:, :1]
+    area = cross(first, np.roll(first, -1, axis=1))
+    whole, moment = area.sum(axis=1), np.einsum("pk,pka->pa", area, first + np.roll(first, -1, axis=1)) / 3
+    none = whole <= ROUND_OFF * (first**2).sum(axis=2).max(axis=1)
+    whole = np.where(none, 1.0, whole)
+    return np.where(none[:, None], corners.mean(axis=1), corners[:, 0] + moment / whole[:, None])
 
 
 def _common(a: Floats, b: Floats) -> Floats:
