@@ -28,7 +28,7 @@ from tests.scenes import with_course
 
 ROOT = Path(__file__).parents[1]
 GOOD_SEED = 7
-NO_REGIONS = ["--regional", "0", "--solid-regional", "0", "--parts", "0"]
+NO_REGIONS = ["--regional", "0", "--solid-regional", "0", "--parts", "0", "--solid-parts", "0"]
 NO_OTHERS = ["--shaped", "0", "--solid", "0", "--solid-shaped", "0", *NO_REGIONS, "--coulomb", "0"]
 
 

@@ -128,6 +128,8 @@ def test_a_real_study_in_processes_stops_at_ctrl_c_and_goes_on(tmp_path):
         "0",
         "--parts",
         "0",
+        "--solid-parts",
+        "0",
         "--jobs",
         "2",
         "--out",

@@ -128,6 +128,8 @@ def fuzz_line(folder, *more):
         "0",
         "--parts",
         "0",
+        "--solid-parts",
+        "0",
         "--coulomb",
         "3",
         "--out",

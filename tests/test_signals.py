@@ -183,6 +183,8 @@ def test_a_study_that_is_called_leaves_the_handlers_as_they_were(tmp_path):
                 "0",
                 "--parts",
                 "0",
+                "--solid-parts",
+                "0",
                 "--coulomb",
                 "0",
                 "--out",

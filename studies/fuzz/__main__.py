@@ -1,16 +1,17 @@
 """Random scenes and discrete Coulomb problems, each judged by an independent recomputation.
 
     python -m studies.fuzz [--scenes 600] [--shaped 300] [--solid 100] [--solid-shaped 100] [--regional 100]
-                           [--solid-regional 50] [--parts 100] [--coulomb 2000] [--seed S] [--jobs J]
+                           [--solid-regional 50] [--parts 100] [--solid-parts 50] [--coulomb 2000] [--seed S]
+                           [--jobs J]
                            [--resume | --overwrite] [--out DIR] [--fast]
 
 Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz.shaped`), solid ones are of
 bodies in space (:mod:`studies.fuzz.solid`), under curved and turning tools too (:mod:`studies.fuzz.solid_shaped`).
 Regional ones are any of these, of several materials (:mod:`studies.fuzz.regional`). Those of parts are of two or three
-that touch each other (:mod:`studies.fuzz.parts`).
+that touch each other (:mod:`studies.fuzz.parts`), solid ones in space (:mod:`studies.fuzz.solid_parts`).
 Scenes and problems have the seeds S, S + 1, ...: one seed again is
 ``--seed THAT --scenes 1 --shaped 0 --solid 0 --solid-shaped 0 --regional 0 --solid-regional 0 --parts 0
---coulomb 0``.
+--solid-parts 0 --coulomb 0``.
 Every scene is marched as drawn, in other
 units, mirrored, renumbered and, about each of its planes of symmetry, unfolded; bodies in space turned or with axes
 exchanged instead of mirrored, and unfolded about one plane.
@@ -52,6 +53,7 @@ OPTIONS = {
     "regional": "regional",
     "solid regional": "solid_regional",
     "parts": "parts",
+    "solid parts": "solid_parts",
     "coulomb": "coulomb",
 }
 """Which option says how many of a kind."""
@@ -64,6 +66,7 @@ FAST = {
     "regional": 5,
     "solid regional": 3,
     "parts": 5,
+    "solid parts": 3,
     "coulomb": 50,
 }
 """The most of each kind where a run is to be short."""
@@ -89,6 +92,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--regional", type=count(0), default=100, help="of several materials (default %(default)s)")
     p.add_argument("--solid-regional", type=count(0), default=50, help="such bodies in space (default %(default)s)")
     p.add_argument("--parts", type=count(0), default=100, help="of parts that touch (default %(default)s)")
+    p.add_argument("--solid-parts", type=count(0), default=50, help="such parts in space (default %(default)s)")
     p.add_argument("--coulomb", type=count(0), default=2000, help="random discrete problems (default %(default)s)")
     p.add_argument("--seed", type=count(0), default=0, help="of the first scene and problem (default %(default)s)")
     p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")

@@ -1,4 +1,4 @@
-"""Scenes of the fuzz study of two or three parts that touch each other, and the same in other views.
+"""Scenes of the fuzz study of two or three parts in a plane that touch each other, and the same in other views.
 
 Parts lie on each other, as blocks or rings, and meet along a flat line, an arch or a ramp; the upper one ends before
 the lower one, or beyond it. The upper one is pressed, and slides or is lifted again, and sides may be loaded. Either
@@ -34,6 +34,7 @@ from studies.fuzz.meshes import Rng
 from studies.fuzz.metals import metals_in
 from studies.fuzz.numbers import friction
 from studies.fuzz.scenes import Drawn, drawn_material
+from studies.fuzz.variants import ACROSS
 
 FORMS, SHARES = ("newton", "tangent", "dissipation", "delassus"), (0.5, 0.25, 0.15, 0.1)
 MU = (0.25, 0.5, 0.25, 0.0)
@@ -42,6 +43,11 @@ MU = (0.25, 0.5, 0.25, 0.0)
 THREE, RINGS, APART, TRIANGLES, LOADED = 0.2, 0.3, 0.2, 0.25, 0.3
 """How probable three parts, bodies on a meridian, a gap at rest, triangles and loads are."""
 
+QUADRATIC, GRADED, FREE = 0.6, 0.3, 0.5
+"""How probable middle nodes, elements of a part that are not equally wide, and a middle part that nothing holds are."""
+
+GRADING = 0.3
+"""The largest part of a part's width by which the places of its nodes are off, four times that at its middle."""
 
 STIFF = 1e5
 """Young's modulus over the yield stress, at most."""
@@ -77,7 +83,10 @@ class View:
         nodes, elements = self.numbers(len(mesh.nodes)), self.numbers(len(mesh.elements))
         now = np.argsort(nodes)
         cells = now[mesh.elements[elements]]
-        cells = cells[:, ::-1] if self.mirrored else cells
+        if self.mirrored:
+            # Rules on squares may not be the same along both of their axes, which stay as they are.
+            square, count = mesh.element.corners == 4, mesh.element.nodes
+            cells = cells[:, ACROSS[0][:count] if square else mesh.element.mirrored]
         regions = {name: np.flatnonzero(np.isin(elements, members)) for name, members in mesh.regions.items()}
         x = mesh.nodes[nodes] @ self.matrix * self.length
         other = Mesh(x, cells, {name: now[edges] for name, edges in mesh.boundaries.items()}, regions)
@@ -120,18 +129,18 @@ def views(scene: Scene, seed: int) -> list[View]:
 
 def draw_parts(seed: int) -> Drawn:
     """The scene of ``seed``; always the same."""
-    rng = np.random.default_rng([seed, 20])
+    rng, more = np.random.default_rng([seed, 20]), np.random.default_rng([seed, 23])
     while True:
         try:
-            return _drawn(rng)
+            return _drawn(rng, more)
         except SceneError:
             # Parts that are drawn into each other.
             continue
 
 
-def _drawn(rng: Rng) -> Drawn:
+def _drawn(rng: Rng, more: Rng) -> Drawn:
     ring, size, stress = rng.random() < RINGS, 10.0 ** rng.uniform(-6, 6), 10.0 ** rng.uniform(-3, 12)
-    element = Element.T3 if rng.random() < TRIANGLES else Element.Q4
+    element = _element(more, triangles=rng.random() < TRIANGLES)
     count = 3 if rng.random() < THREE else 2
     shape = _shape(rng)
     parts, low, names = dict[str, Mesh](), 0.0, ("low", "up", "top")[:count]
@@ -141,20 +150,22 @@ def _drawn(rng: Rng) -> Drawn:
     for name in names:
         high, n, m = rng.uniform(0.3, 1.0), int(rng.integers(1, 8)), int(rng.integers(1, 4))
         part = block(wide, high, n, m, element=element)
-        x = part.nodes + np.array([left + inner, low])
+        x = part.nodes.copy()
+        x[:, 0] = _graded(more, x[:, 0] / wide) * wide
+        x += np.array([left + inner, low])
         x[:, 1] += shape((x[:, 0] - inner) / 2)
         parts[name] = Mesh(x * size, part.elements, part.boundaries)
         low += high + gap
         left, wide = (left, wide) if ring and rng.random() < 0.3 else (rng.uniform(0.0, 0.6), rng.uniform(0.3, 1.2))
-    mesh = together(parts)
+    mesh, free = together(parts), count == 3 and more.random() < FREE
     travel = 10.0 ** rng.uniform(-5, -1.3) + gap
     scene = Scene(
         mesh=mesh,
         geometry=Geometry.AXISYMMETRIC if ring else Geometry.PLANE_STRAIN,
-        material=_metal(rng, stress, 0.0),
-        supports=_supports(rng, names, ring, travel * size),
+        material=metal(rng, stress, 0.0),
+        supports=_supports(rng, names[::2] if free else names, ring, travel * size),
         tools=tuple(_tool(rng, low, up) for low, up in pairwise(names)),
-        regions={name: _metal(rng, stress, 1.0) for name in names[1:]},
+        regions={name: metal(rng, stress, 1.0) for name in names[1:]},
         loads=_loads(rng, names, stress),
         configuration=Configuration(rng.choice(["midpoint", "paper", "small"], p=[0.6, 0.2, 0.2])),
     )
@@ -166,7 +177,22 @@ def _drawn(rng: Rng) -> Drawn:
         schedule = Schedule(increments, first=first, settling=1, growth=4.0)
     except SceneError:
         schedule = Schedule(increments)
-    return Drawn("ring" if ring else "block", scene, schedule, form, integration)
+    body = f"{'ring' if ring else 'block'} {element.value}" + " quadratic" * element.quadratic + " free" * free
+    return Drawn(body, scene, schedule, form, integration)
+
+
+def _element(rng: Rng, triangles: bool) -> Element:
+    """With or without middle nodes."""
+    quadratic, nine = rng.random(2) < (QUADRATIC, 0.5)
+    if triangles:
+        return Element.T6 if quadratic else Element.T3
+    return (Element.Q9 if nine else Element.Q8) if quadratic else Element.Q4
+
+
+def _graded(rng: Rng, s: Floats) -> Floats:
+    """Places s (a,) from 0 to 1, or others nearer to one end; middle nodes are off the middle then."""
+    by = rng.uniform(-GRADING, GRADING) * (rng.random() < GRADED)
+    return s + by * s * (1 - s)
 
 
 def _shape(rng: Rng) -> Callable[[Floats], Floats]:
@@ -175,7 +201,7 @@ def _shape(rng: Rng) -> Callable[[Floats], Floats]:
     return lambda x: slope * x + 4 * arch * x * (1 - x)
 
 
-def _metal(rng: Rng, stress: float, spread: float) -> Material:
+def metal(rng: Rng, stress: float, spread: float) -> Material:
     """Parts differ by up to some hundreds in stiffness; one much stiffer than it is strong resolves nothing."""
     while True:
         own = drawn_material(rng, stress * 10.0 ** rng.uniform(-spread, spread))
@@ -194,15 +220,15 @@ def _tool(rng: Rng, low: str, up: str) -> DeformableTool:
 
 
 def _supports(rng: Rng, names: tuple[str, ...], ring: bool, travel: float) -> tuple[Support, ...]:
-    """The lowest part is held at its base, the highest one moves at its top, what is between is held at its left."""
-    press = Amplitude(_path(rng))
+    """The lowest part is held at its base, the highest one moves at its top, of ``names`` others at their left."""
+    press = Amplitude(path(rng))
     held: list[Support] = [Support("low/base", 0), Support("low/base", 1)]
     held += [Support(f"{name}/left", axis) for name in names[1:-1] for axis in range(2)]
     slide = 0.0 if ring or rng.random() < 0.4 else float(rng.uniform(-2, 2)) * travel
     return *held, Prescribed(f"{names[-1]}/top", 1, -travel, press), Prescribed(f"{names[-1]}/top", 0, slide)
 
 
-def _path(rng: Rng) -> tuple[tuple[float, float], ...]:
+def path(rng: Rng) -> tuple[tuple[float, float], ...]:
     """Once, there and part of the way back, at once and then held."""
     every = (
         ((0.0, 0.0), (1.0, 1.0)),

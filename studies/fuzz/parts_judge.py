@@ -18,6 +18,8 @@ from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, Ints
 from studies.fuzz.judge import DISAGREEMENT, Ran, broken, energy_error, excuses, known, run
 from studies.fuzz.parts import View, draw_parts, views
+from studies.fuzz.parts_held import carried
+from studies.fuzz.parts_stated import deeper, misstated, unspent
 from studies.fuzz.record import reported_unique, setting_of, step_at
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
@@ -44,17 +46,42 @@ def means(scene: Scene, nodes: Floats) -> list[Seen]:
     return out
 
 
-def contacts_of(scene: Scene, setting: Setting, end: State) -> Contacts:
-    """All points in the increment to ``end``."""
-    found = means(scene, end.nodes)
+def overlap_of(scene: Scene, nodes: Floats) -> float:
+    """The largest depth of any side in the one that it faces, along normals of either, over the size."""
+    deepest = 0.0
+    for tool in scene.tools:
+        assert isinstance(tool, DeformableTool)
+        one, other = (_edges(scene, names) for names in (tool.candidates, tool.surface))
+        for sides in ((one, other), (other, one)):
+            deepest = max(deepest, -seen(scene.mesh.nodes, nodes, *sides, scene.ring).lowest)
+    return deepest / scene.mesh.size
+
+
+def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Contacts:
+    """All points in the increment from ``start`` to ``end``.
+
+    Gaps of the start are those of its own means, but of those of the end where a point faces anything at one end alone.
+    """
+    found, at_start = means(scene, end.nodes), means(scene, start.nodes)
     tool = np.repeat(np.arange(len(found)), [len(of.node) for of in found])
-    node, weights, normal, part = (np.concatenate(of) for of in zip(*(vars(of).values() for of in found), strict=True))
+    node, weights, normal, part = _joined(found)
     mu = [scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)]
-    owner = np.nonzero(weights)[0]
+    owner, a = np.nonzero(weights)
     apart = np.where(part[owner] > 0, 0.0, np.vecdot(normal, end.nodes[node])[owner] - FAR * setting.size)
     none = np.zeros((len(owner), 2))
     rubs = np.ones(len(node), dtype=bool)
-    return Contacts(node, weights, rubs, tool, normal[owner], np.array(mu), apart, apart, none, none, bodies=True)
+    _, earlier, way, faced = _joined(at_start)
+    away = np.where(part > 0, 0.0, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
+    here, there = (np.vecdot(n, w @ start.nodes) for n, w in ((normal, weights), (way, earlier)))
+    before = np.where((part > 0) & (faced > 0), there, here + away)
+    taken = carried(scene, start.tau, end.tau)[a]
+    return Contacts(node, weights, rubs, tool, normal[owner], np.array(mu), apart, apart, none, taken, before=before)
+
+
+def _joined(found: list[Seen]) -> tuple[Ints, Floats, Floats, Floats]:
+    """The points of all tools: their nodes, weights, normals and parts."""
+    node, weights, normal, part = zip(*((of.node, of.weights, of.normal, of.part) for of in found), strict=True)
+    return np.concatenate(node), np.concatenate(weights), np.concatenate(normal), np.concatenate(part)
 
 
 def measured(ran: Ran) -> list[Measures]:
@@ -63,7 +90,7 @@ def measured(ran: Ran) -> list[Measures]:
     nobody = _nobody(len(setting.rest))
     for accepted in ran.steps:
         largest = max(largest, float(np.abs(accepted.state.forces).max(initial=0.0)))
-        at = contacts_of(ran.scene, setting, accepted.state), nobody
+        at = contacts_of(ran.scene, setting, accepted.start, accepted.state), nobody
         step = step_at(ran.scene, setting, accepted, largest, *at)
         out.append(measure(setting, replace(step, energy=energy)))
         energy = max(energy, *map(abs, out[-1].energies))
@@ -78,32 +105,33 @@ def _nobody(count: int) -> Contacts:
 
 
 def _edges(scene: Scene, names: tuple[str, ...]) -> Ints:
-    """Edges (f, 2) of boundaries, with the body on their left."""
-    out = []
-    for one, other in np.concatenate([scene.mesh.boundaries[name] for name in names]).tolist():
-        (element,) = np.flatnonzero(
-            (scene.mesh.elements == one).any(axis=1) & (scene.mesh.elements == other).any(axis=1)
-        )
-        around = scene.mesh.elements[element].tolist()
-        follows = around[(around.index(one) + 1) % len(around)] == other
-        out.append((one, other) if follows else (other, one))
+    """Edges (f, n) of boundaries from end to end, with the body on their left."""
+    out, cells = list[Ints](), scene.mesh.elements
+    corners = 3 if cells.shape[1] in (3, 6) else 4
+    for edge in np.concatenate([scene.mesh.boundaries[name] for name in names]):
+        (element,) = np.flatnonzero(np.isin(cells, edge).sum(axis=1) == len(edge))
+        around = cells[element, :corners].tolist()
+        follows = around[(around.index(edge[0]) + 1) % corners] == edge[-1]
+        out.append(edge if follows else edge[::-1])
     return np.array(out)
 
 
-def unbalanced(ran: Ran) -> list[str]:
-    """Tools of which the force told is not what the candidates' part is pushed by, in words."""
-    out = []
-    setting = setting_of(ran.scene)
-    for k, accepted in enumerate(ran.steps, 1):
-        c = contacts_of(ran.scene, setting, accepted.state)
-        own = c.parts.share > 0
-        pushed = c.vectors(accepted.state.forces)
-        size = float(np.abs(pushed).sum())
-        for tool, told in enumerate(accepted.tool_forces):
-            off = np.abs(pushed[own & (c.met == tool)].sum(axis=0) - told).max()
-            if off > 1e-9 * size:
-                out.append(f"increment {k}: the force of tools[{tool}] is told {off / size:.1e} wrong")
-    return out
+def wrong_in(ran: Ran, found: list[Measures]) -> list[str]:
+    """What is wrong in a run with these measures, in words."""
+    scene, setting = ran.scene, setting_of(ran.scene)
+    points = [contacts_of(scene, setting, accepted.start, accepted.state) for accepted in ran.steps]
+    depths = [overlap_of(scene, accepted.state.nodes) for accepted in ran.steps]
+    out = [
+        f"increment {k}: {what}"
+        for k, (m, e) in enumerate(zip(found, excuses(ran), strict=True), 1)
+        for what in broken(m, True, e)
+    ]
+    return (
+        out
+        + misstated(scene, setting, ran.steps, points)
+        + deeper(scene, ran.steps, depths)
+        + unspent(ran.steps, found)
+    )
 
 
 def disagreement(base: Ran, other: Ran, view: View) -> tuple[float, float, int]:
@@ -125,23 +153,13 @@ def disagreement(base: Ran, other: Ran, view: View) -> tuple[float, float, int]:
 def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
     base = run(drawn, drawn.scene)
     found = measured(base)
-    wrong = [
-        f"increment {k}: {what}"
-        for k, (m, e) in enumerate(zip(found, excuses(base), strict=True), 1)
-        for what in broken(m, True, e)
-    ]
-    wrong += unbalanced(base)
-    worst = 0.0
+    wrong, worst = wrong_in(base, found), 0.0
     for view in views(drawn.scene, row.seed) if others else ():
         other = run(drawn, view.of(drawn.scene))
         force, move, count = disagreement(base, other, view)
         worst = max(worst, force, move)
         where = f"{view.name}, {count} increments"
-        wrong += [
-            f"{where}: {what}"
-            for m, e in zip(measured(other), excuses(other), strict=True)
-            for what in broken(m, True, e)
-        ][:1]
+        wrong += [f"{where}: {what}" for what in wrong_in(other, measured(other))[:1]]
         if not force <= DISAGREEMENT:
             wrong.append(f"{where}: forces differ by {force:.1e}")
     if wrong:

@@ -65,7 +65,7 @@ def ended(known: Iterator[Row]) -> Row:
 
 HEADER = [f.name for f in fields(Row)]
 
-TWO_WORDS = "solid shaped", "solid regional"
+TWO_WORDS = "solid shaped", "solid regional", "solid parts"
 """Kinds of which the first word is another's."""
 
 

@@ -33,6 +33,7 @@ from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
+from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, einsum, vdot
 from studies.fuzz.metals import bulk_and_shear, yield_stress_of
 from studies.fuzz.record import carried
@@ -155,30 +156,47 @@ def _strained(scene: Scene, accepted: Accepted) -> _Strained:
     )
 
 
-def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, before: Floats) -> SolidMeasures:
+@dataclass(frozen=True)
+class Known:
+    """What contact of parts adds: its points, the ``work`` of supports, and what rules of integration leave open.
+
+    That are forces on nodes, ``unsure`` (a,), and the work of these, ``unsure_work``.
+    """
+
+    contact: Touching
+    work: float
+    unsure: Floats
+    unsure_work: float
+
+
+def measure(
+    scene: Scene, accepted: Accepted, largest: float, energy: float, before: Floats, known: Known | None = None
+) -> SolidMeasures:
     """All measures of an increment of a run of which ``largest`` is the largest contact force so far.
 
     ``energy`` is the largest energy so far, ``before`` (4,) what the library stated of energies before the increment.
     """
     start, end, elements = accepted.start, accepted.state, scene.mesh.elements
-    s, contact = _strained(scene, accepted), touching(scene, accepted)
+    s, contact = _strained(scene, accepted), touching(scene, accepted) if known is None else known.contact
     count, pushes = len(scene.mesh.nodes), contact.vectors(end.forces)
     begun, ended = carried(start, loads_at(scene, accepted, 0)), loads_at(scene, accepted, 1)
     residual = nodal(elements, s.forces, count) - ended - contact.on_nodes(pushes, count)
     residual = einsum("aij,aj->ai", freed(scene), residual)
     sizes = nodal(elements, np.linalg.norm(s.forces, axis=-1), count) + np.linalg.norm(ended, axis=1)
     acting = contact.on_nodes(np.linalg.norm(pushes, axis=1), count) + np.linalg.norm(ended, axis=1)
-    noise = nodal(elements, s.lever, count) + EPS * acting
+    noise = nodal(elements, s.lever, count) + EPS * acting + (0.0 if known is None else known.unsure)
     elastic, yielding = _material(scene, accepted, s)
     off, gap_off = _law(scene, contact, accepted, s.stiffness, largest)
     parts = _energies(scene, accepted, s, contact, (begun + ended) / 2)
+    parts[0] += 0.0 if known is None else known.work
     said = accepted.energies
     after = np.array([said.work, said.elastic, said.plastic, said.friction])
     own, most = parts * images(scene), max(energy, float(np.abs(parts).max()))
     middle = [start.nodes + end.du / 2] if scene.configuration is Configuration.MIDPOINT else []
     lost = _lost(scene, accepted, s, contact)
-    driven = any(isinstance(support, Prescribed) for support in scene.supports)
-    apart = np.maximum(np.abs(after - before - own) - images(scene) * _unsure_work(accepted, contact), 0.0)
+    driven = known is None and any(isinstance(support, Prescribed) for support in scene.supports)
+    unsure = _unsure_work(accepted, contact) + (0.0 if known is None else known.unsure_work)
+    apart = np.maximum(np.abs(after - before - own) - images(scene) * unsure, 0.0)
     return SolidMeasures(
         equilibrium=over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
         yielding=yielding,
@@ -233,6 +251,9 @@ def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
     gives = np.linalg.norm(einsum("wij,wj->wi", freed(scene)[c.part], normal), axis=-1) > FREE
     share = np.where(gives | ~(c.sums(gives) > 0)[c.owner], c.share, 0.0) ** 2
     along = einsum("wi,wij,wj->w", normal, stiffness[c.part], normal)
+    if any(isinstance(tool, DeformableTool) for tool in scene.tools):
+        # Of two parts one may be far softer: what one force on both makes them give way.
+        return 1 / c.sums(np.divide(share, along, out=np.zeros_like(share), where=share > 0))
     return c.sums(share * along) / c.sums(share) ** 2
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
+from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, vdot
 from studies.fuzz.record import is_round_off
 from studies.fuzz.solid_placed import asked_of, axis_of, cuts, pose
@@ -37,6 +38,8 @@ def stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
     worst, vectors, state = 0.0, c.vectors(c.rubbed(accepted.state.forces)), accepted.state
     for k, tool in enumerate(scene.tools):
         mine, planes = c.tool[c.owner] == k, cuts(scene, tool)
+        if isinstance(tool, DeformableTool):
+            mine &= np.isin(c.part, scene.mesh.boundary_nodes(*tool.candidates))
         own, whole = vectors[mine], 2.0 ** len(planes)
         force, scale = own.sum(axis=0), whole * float(np.linalg.norm(own, axis=1).sum())
         for way, _ in planes:

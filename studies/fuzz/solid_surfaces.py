@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.tools.deformable import AnyTool
+from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.profiles import Union
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Plane, Surface
@@ -38,7 +38,9 @@ def gap_of(surface: Surface, point: Floats) -> float:
 
 def bent(tool: AnyTool) -> bool:
     """Whether the normal of a tool changes with the place or in time."""
-    return not isinstance(tool, FlatTool) and not (isinstance(tool.surface, Plane) and tool.turn is None)
+    return not isinstance(tool, FlatTool | DeformableTool) and not (
+        isinstance(tool.surface, Plane) and tool.turn is None
+    )
 
 
 def cut(tool: AnyTool, way: Floats, position: float) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from bipot.paths import Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Prescribed, Support
-from bipot.tools.deformable import AnyTool
+from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.poses import Force, Turn
 from bipot.tools.profiles import Union
 from bipot.tools.revolved import Revolved
@@ -61,6 +61,8 @@ class Turned:
 
     def tool(self, tool: AnyTool, force: float = 1.0) -> AnyTool:
         """A tool with what drives it, forces in units of which one has ``force`` more."""
+        if isinstance(tool, DeformableTool):
+            return tool
         drive, (travel, path) = tool.driven_by, self._gone(tool)
         push = None if drive is None else Force(_plain(force * self.turn @ np.array(drive.vector)), drive.amplitude)
         travel = _plain(np.array(travel) * self.length)

@@ -60,7 +60,14 @@ SHOWN = {
     ),
     "regional": ("scenes of several materials", {}),
     "solid regional": ("bodies in space of several materials", {}),
-    "parts": ("scenes of parts that touch each other", {"ring": "rings"}),
+    "parts": (
+        "scenes of parts that touch each other",
+        {"ring": "rings", "quadratic": "quadratic elements", "t3": "T3", "free": "a part that nothing holds"},
+    ),
+    "solid parts": (
+        "parts in space that touch each other",
+        {"h8": "H8", "t4": "T4", "free": "a part that nothing holds"},
+    ),
     "coulomb": ("discrete problems", {}),
 }
 """By the first words of a kind what it is, and what other words of it say."""

@@ -12,6 +12,7 @@ from studies.fuzz.judge import judge_regional, judge_scene, judge_shaped
 from studies.fuzz.parts_judge import judge_parts
 from studies.fuzz.row import FAILURES, Row, Table
 from studies.fuzz.solid import judge_solid, judge_solid_regional, judge_solid_shaped
+from studies.fuzz.solid_parts_judge import judge_solid_parts
 from studies.pool import completed
 from studies.progress import Progress
 
@@ -31,6 +32,7 @@ JUDGES: dict[str, Callable[[int], Row]] = {
     "regional": judge_regional,
     "solid regional": judge_solid_regional,
     "parts": judge_parts,
+    "solid parts": judge_solid_parts,
     "coulomb": judge_coulomb,
 }
 

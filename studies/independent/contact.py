@@ -56,6 +56,9 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     before = c.start_gap(step.start.nodes)
     gap, blur = _gap(step, before)
     slip, opened = c.slip(du), c.opened(du)
+    if c.bodies:
+        # Means of what stays in touch change along it: across a gap that stays closed nothing does work.
+        opened = np.where(before <= TOUCHING * s.whole, gap - before, opened)
     tied = c.welded & (before <= TOUCHING * s.whole)
     mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
     rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held, s.axes)
@@ -67,6 +70,8 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     went = du[c.parts.node]
     work = c.parts.sums(np.vecdot(pushed, c.motion)) + mean[:, 0] * opened
     moved = c.parts.most(np.linalg.norm(went, axis=1) + np.linalg.norm(c.motion, axis=1))
+    if c.bodies:
+        moved = moved + c.sizes(step.end.nodes)
     if c.curved is not None:
         # Who comes from afar does not come along its force: the tool's work is what body and friction take.
         taken = c.parts.sums(np.vecdot(pushed, went)) - mean[:, 1] * slip

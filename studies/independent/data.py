@@ -106,7 +106,8 @@ class Contacts:
 
     ``rubs`` (c,) says if it has friction, with the coefficient ``mu`` (c,), ``cap`` (c,) what the shear yield stress
     lets it carry at the end and ``cap_before`` (c,) at the start, inf where none is asked. ``tool`` (c,) numbers their
-    tools. Where they are means of two ``bodies``, of which one may be far softer, each gives way by its own stiffness.
+    tools. Where they are means of two ``bodies``, of which one may be far softer, each gives way by its own stiffness,
+    and ``before`` (c,) are the gaps that open, of the start, in means of its own configuration.
 
     Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
     end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
@@ -128,7 +129,12 @@ class Contacts:
     cap: Floats | float = np.inf
     cap_before: Floats | float = np.inf
     curved: Curved | None = None
-    bodies: bool = False
+    before: Floats | None = None
+
+    @property
+    def bodies(self) -> bool:
+        """Whether each is a mean of two bodies."""
+        return self.before is not None
 
     @cached_property
     def parts(self) -> Parts:
@@ -157,6 +163,8 @@ class Contacts:
 
     def start_gap(self, nodes: Floats) -> Floats:
         """Gaps (c,) with nodes (a, 2) where they start."""
+        if self.before is not None:
+            return self.before
         return self.parts.mean(np.vecdot(self.start_normal, nodes[self.parts.node]) - self.offset)
 
     def gap(self, nodes: Floats) -> Floats:

@@ -1,14 +1,16 @@
-r"""What a boundary of straight edges faces, written a second time for the fuzz study: nothing of the library.
+r"""What a boundary in a plane faces, written a second time for the fuzz study: nothing of the library.
 
-At each place x(s) of an edge of the one boundary the nearest of the places y is faced, along the edge's normal m, that
-are on edges of the other one whose normals are against m, m . m' < -1/10. Those farther behind x than both edges are
-long are left out, and those of which a third edge of the one boundary, that turns away from x, is between. Points are
-the nodes of the one boundary, two where it turns by more than 60 degrees at rest, with hats psi over their edges, and
+Edges are lines through their nodes: one straight part, or two where they have a node in the middle. At each place x(s)
+of a part of the one boundary the nearest of the places y is faced, along the part's normal m, that are on parts of the
+other one whose normals are against m, m . m' < -1/10. Those farther behind x than both parts are long are left out,
+and those of which a third part of the one boundary, that turns away from x, is between. Points are the nodes of the
+one boundary, two where it turns by more than 60 degrees at rest, with hats psi over their parts, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,    n_p ~ -int psi_p m dA
 
-over what faces anything. The integrals are sums over intervals of s between all ends seen, and all crossings of two
-edges, by Gauss' rule of four points.
+over what faces anything, with the shapes N of whole edges: parabolas where these have three nodes. The integrals are
+sums over intervals of s between all ends seen, and all crossings of two parts, by Gauss' rule of four points, which is
+exact.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from itertools import pairwise
 import numpy as np
 
 from studies.independent.element import Bools, Floats, Ints
+from studies.independent.shapes import line
 
 AGAINST, TURN = -0.1, np.deg2rad(60.0)
 """The largest m . m' of what is faced, and the largest turn at a point."""
@@ -34,12 +37,38 @@ class Seen:
     """Points p at a ``node`` (p,) by the ``weights`` (p, a), with the ``normal`` (p, 2) into the body.
 
     Of the area around them the fraction ``part`` (p,) faces anything; where none does, the weights are their nodes'.
+    ``lowest`` is the least gap along normals of the boundary, zero if none is below.
     """
 
     node: Ints
     weights: Floats
     normal: Floats
     part: Floats
+    lowest: float
+
+
+@dataclass(frozen=True)
+class Straight:
+    """The straight parts (l,) of edges (f, n): the nodes of their ``ends`` (l, 2), their ``edge`` (l,) and its nodes.
+
+    ``nodes`` (l, n) are those of the edge, of which the part is the one of number ``number`` (l,).
+    """
+
+    ends: Ints
+    nodes: Ints
+    number: Ints
+
+    @staticmethod
+    def of(edges: Ints) -> Straight:
+        """Those of edges whose nodes are in their order from end to end."""
+        count = edges.shape[1] - 1
+        ends = np.concatenate([edges[:, k : k + 2] for k in range(count)])
+        return Straight(ends, np.tile(edges, (count, 1)), np.repeat(np.arange(count), len(edges)))
+
+    def shapes(self, part: int, place: Floats) -> Floats:
+        """Shape functions (n, q) of the edge at places (q,), from 0 to 1 on a part of it."""
+        count = self.nodes.shape[1]
+        return line(2 * (self.number[part] + place) / (count - 1) - 1, count)[0]
 
 
 def points(rest: Floats, edges: Ints) -> tuple[Ints, Ints]:
@@ -65,14 +94,16 @@ def points(rest: Floats, edges: Ints) -> tuple[Ints, Ints]:
 
 
 def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool) -> Seen:
-    """The points of edges ``one`` (f, 2) that face edges ``other`` (g, 2), with nodes at ``nodes`` (a, 2)."""
-    node, at = points(rest, one)
+    """The points of edges ``one`` (f, n) that face edges ``other`` (g, n), with nodes at ``nodes`` (a, 2)."""
+    own, others = Straight.of(one), Straight.of(other)
+    node, at = points(rest, own.ends)
     weights, normal, free = np.zeros((len(node), len(nodes))), np.zeros((len(node), 2)), np.zeros((len(node), 2))
     across, area, whole = np.zeros((len(node), 2)), np.zeros(len(node)), np.zeros(len(node))
-    x, y = nodes[one], nodes[other]
+    x, y, lowest = nodes[own.ends], nodes[others.ends], 0.0
     outer, facing = (_normals(of) for of in (x, y))
     for i, (start, end) in enumerate(x):
         t, length = (end - start) / np.linalg.norm(end - start), float(np.linalg.norm(end - start))
+        free[at[i]] -= outer[i]
         s, h = ((y - start) @ t) / length, (y - start) @ outer[i]
         chosen = (facing @ outer[i] < AGAINST) & (
             h.min(axis=1) + length + np.linalg.norm(y[:, 1] - y[:, 0], axis=1) > 0
@@ -80,27 +111,29 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
         s, h, k = s[chosen], h[chosen], np.flatnonzero(chosen)
         cuts = np.unique(np.clip(np.concatenate([[0.0, 1.0], s.ravel(), _crossings(s, h)]), 0.0, 1.0))
         for low, high in pairwise(cuts.tolist()):
-            hats, parts = _hats(low, high, start, end, length, axisymmetric)
+            (place, weight), parts = _hats(low, high, start, end, length, axisymmetric)
             whole[at[i]] += parts
-            free[at[i]] -= outer[i]
             nearest = _nearest(s, h, (low + high) / 2, start, t * length, outer, x, i)
             if nearest is None:
                 continue
-            place, weight = hats
+            if high - low > NOTHING:
+                lowest = min(lowest, *np.interp([low, high], *_rising(s[nearest], h[nearest])))
             eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])
             area[at[i]] += parts
             normal[at[i]] -= parts[:, None] * outer[i]
             across[at[i]] += parts[:, None] * facing[k[nearest]]
+            mine, its = own.shapes(i, place), others.shapes(int(k[nearest]), eta)
             for p, psi in zip(at[i], (1 - place, place), strict=True):
-                weights[p, one[i]] += np.array([weight * psi @ (1 - place), weight * psi @ place])
-                weights[p, other[k[nearest]]] -= np.array([weight * psi @ (1 - eta), weight * psi @ eta])
+                weights[p, own.nodes[i]] += mine @ (weight * psi)
+                weights[p, others.nodes[k[nearest]]] -= its @ (weight * psi)
     faces: Bools = area > NOTHING * whole
     weights[faces] /= area[faces, None]
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
     part = np.where(faces, area / whole, 0.0)
-    own, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
+    inward, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
     # Gaps change along the normals of the other side, as far as that goes on; beyond its end along those of this one.
-    return Seen(node, weights, _unit(part[:, None] * other_side + (1 - part[:, None]) * own), part)
+    mixed = _unit(part[:, None] * other_side + (1 - part[:, None]) * inward)
+    return Seen(node, weights, mixed, part, lowest)
 
 
 def _unit(vectors: Floats) -> Floats:
@@ -120,6 +153,12 @@ def _crossings(s: Floats, h: Floats) -> Floats:
     i, j = np.triu_indices(len(s), 1)
     apart = slope[i] != slope[j]
     return (base[j] - base[i])[apart] / (slope[i] - slope[j])[apart]
+
+
+def _rising(s: Floats, h: Floats) -> tuple[Floats, Floats]:
+    """Ends and heights (2,) of a part in the order of its ends s."""
+    order = np.argsort(s)
+    return s[order], h[order]
 
 
 def _hats(

@@ -58,7 +58,7 @@ def around_corners(rest: Floats, faces: Ints, insides: Floats) -> Fans:
     for at, f, k in sorted(every):
         if fan[f, k] < 0:
             share = np.zeros(len(rest))
-            for g, j in _spread(faces[:, :count], normal, f, k):
+            for g, j in spread(faces[:, :count], normal, f, k):
                 fan[g, j] = len(node)
                 np.add.at(share, faces[g], held[g][j])
             node.append(at)
@@ -66,7 +66,7 @@ def around_corners(rest: Floats, faces: Ints, insides: Floats) -> Fans:
     return Fans(np.array(node, dtype=np.intp), np.array(weights).reshape(-1, len(rest)), fan, faces, normal)
 
 
-def _spread(corners: Ints, normal: Floats, face: int, corner: int) -> list[tuple[int, int]]:
+def spread(corners: Ints, normal: Floats, face: int, corner: int) -> list[tuple[int, int]]:
     """The corners of faces, by numbers of both, that are in the fan of one."""
     node, found, left = corners[face, corner], [(face, corner)], [(face, corner)]
     around = [(int(f), int(k)) for f, k in np.argwhere(corners == node)]
