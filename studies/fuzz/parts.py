@@ -27,7 +27,7 @@ from bipot.meshes.together import together
 from bipot.paths import Amplitude
 from bipot.scene.loads import Load, Pressure, Traction
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed, Support
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, Ints
 from studies.fuzz.meshes import Rng
@@ -43,8 +43,10 @@ MU = (0.25, 0.5, 0.25, 0.0)
 THREE, RINGS, APART, TRIANGLES, LOADED = 0.2, 0.3, 0.2, 0.25, 0.3
 """How probable three parts, bodies on a meridian, a gap at rest, triangles and loads are."""
 
-QUADRATIC, GRADED, FREE = 0.6, 0.3, 0.5
-"""How probable middle nodes, elements of a part that are not equally wide, and a middle part that nothing holds are."""
+QUADRATIC, GRADED, FREE, HALVES = 0.6, 0.3, 0.5, 0.2
+"""How probable middle nodes, elements of a part that are not equally wide, a middle part that nothing holds, and parts
+of which a plane of symmetry cuts half away, or which an axis goes through, are.
+"""
 
 GRADING = 0.3
 """The largest part of a part's width by which the places of its nodes are off, four times that at its middle."""
@@ -124,6 +126,8 @@ def views(scene: Scene, seed: int) -> list[View]:
     units = View("units", 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-6, 6))
     turned = View("turned", angle=float(rng.uniform(0.1, 6.0)))
     flat = [View("mirrored", mirrored=True), turned] if scene.geometry is Geometry.PLANE_STRAIN else []
+    # The study's planes of symmetry are along axes.
+    flat = flat[:1] if scene.planes else flat
     return [units, View("renumbered", order=seed), *flat]
 
 
@@ -145,7 +149,8 @@ def _drawn(rng: Rng, more: Rng) -> Drawn:
     shape = _shape(rng)
     parts, low, names = dict[str, Mesh](), 0.0, ("low", "up", "top")[:count]
     gap = rng.uniform(0, 0.01) if rng.random() < APART else 0.0
-    inner = rng.uniform(0.2, 2.0) if ring else 0.0
+    halves = more.random() < HALVES
+    inner = rng.uniform(0.2, 2.0) * (not halves) if ring else 0.0
     left, wide = 0.0, rng.uniform(1.0, 2.0)
     for name in names:
         high, n, m = rng.uniform(0.3, 1.0), int(rng.integers(1, 8)), int(rng.integers(1, 4))
@@ -157,14 +162,16 @@ def _drawn(rng: Rng, more: Rng) -> Drawn:
         parts[name] = Mesh(x * size, part.elements, part.boundaries)
         low += high + gap
         left, wide = (left, wide) if ring and rng.random() < 0.3 else (rng.uniform(0.0, 0.6), rng.uniform(0.3, 1.2))
-    mesh, free = together(parts), count == 3 and more.random() < FREE
+        left *= not halves
+    mesh, free = together(parts), count == 3 and (more.random() < FREE or halves)
     travel = 10.0 ** rng.uniform(-5, -1.3) + gap
     scene = Scene(
         mesh=mesh,
         geometry=Geometry.AXISYMMETRIC if ring else Geometry.PLANE_STRAIN,
         material=metal(rng, stress, 0.0),
-        supports=_supports(rng, names[::2] if free else names, ring, travel * size),
-        tools=tuple(_tool(rng, low, up) for low, up in pairwise(names)),
+        supports=_supports(rng, names[::2] if free else names, ring or halves, travel * size)
+        + (tuple((Support if ring else Symmetry)(f"{name}/left", 0) for name in names) if halves else ()),
+        tools=tuple(_tool(rng, low, up, halves) for low, up in pairwise(names)),
         regions={name: metal(rng, stress, 1.0) for name in names[1:]},
         loads=_loads(rng, names, stress),
         configuration=Configuration(rng.choice(["midpoint", "paper", "small"], p=[0.6, 0.2, 0.2])),
@@ -177,7 +184,12 @@ def _drawn(rng: Rng, more: Rng) -> Drawn:
         schedule = Schedule(increments, first=first, settling=1, growth=4.0)
     except SceneError:
         schedule = Schedule(increments)
-    body = f"{'ring' if ring else 'block'} {element.value}" + " quadratic" * element.quadratic + " free" * free
+    body = (
+        f"{'ring' if ring else 'block'} {element.value}"
+        + " quadratic" * element.quadratic
+        + " free" * free
+        + " half" * halves
+    )
     return Drawn(body, scene, schedule, form, integration)
 
 
@@ -209,11 +221,12 @@ def metal(rng: Rng, stress: float, spread: float) -> Material:
             return Elastic(own.elasticity) if rng.random() < 0.3 * spread else own
 
 
-def _tool(rng: Rng, low: str, up: str) -> DeformableTool:
+def _tool(rng: Rng, low: str, up: str, halves: bool) -> DeformableTool:
     """With either side's candidates, sometimes beside its ends, too."""
     one, other = (f"{low}/top",), (f"{up}/base",)
     if rng.random() < 0.4:
-        other += (f"{up}/left", f"{up}/right")[: int(rng.integers(1, 3))]
+        beside = (f"{up}/left", f"{up}/right")[: int(rng.integers(1, 3))]
+        other += (f"{up}/right",) if halves else beside
     if rng.random() < 0.4:
         one, other = other, one
     return DeformableTool(one, other, friction(rng, MU))

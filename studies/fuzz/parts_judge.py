@@ -15,12 +15,12 @@ import numpy as np
 from bipot.scene.scene import Scene
 from bipot.state import State
 from bipot.tools.deformable import DeformableTool
-from bipot.typing import Floats, Ints
+from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.judge import DISAGREEMENT, Ran, broken, energy_error, excuses, known, run
 from studies.fuzz.parts import View, draw_parts, views
 from studies.fuzz.parts_held import carried
 from studies.fuzz.parts_stated import deeper, misstated, unspent
-from studies.fuzz.record import reported_unique, setting_of, step_at
+from studies.fuzz.record import IN_PLANE, reported_unique, setting_of, step_at
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
 from studies.independent.data import Contacts, Setting
@@ -65,17 +65,31 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
     found, at_start = means(scene, end.nodes), means(scene, start.nodes)
     tool = np.repeat(np.arange(len(found)), [len(of.node) for of in found])
     node, weights, normal, part = _joined(found)
+    normal, inside = _in_planes(setting, node, normal)
     mu = [scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)]
     owner, a = np.nonzero(weights)
     apart = np.where(part[owner] > 0, 0.0, np.vecdot(normal, end.nodes[node])[owner] - FAR * setting.size)
     none = np.zeros((len(owner), 2))
-    rubs = np.ones(len(node), dtype=bool)
     _, earlier, way, faced = _joined(at_start)
+    way, _ = _in_planes(setting, node, way)
     away = np.where(part > 0, 0.0, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
     here, there = (np.vecdot(n, w @ start.nodes) for n, w in ((normal, weights), (way, earlier)))
     before = np.where((part > 0) & (faced > 0), there, here + away)
     taken = carried(scene, start.tau, end.tau)[a]
-    return Contacts(node, weights, rubs, tool, normal[owner], np.array(mu), apart, apart, none, taken, before=before)
+    return Contacts(node, weights, ~inside, tool, normal[owner], np.array(mu), apart, apart, none, taken, before=before)
+
+
+def _in_planes(setting: Setting, node: Ints, normal: Floats) -> tuple[Floats, Bools]:
+    """Normals (p, 2) of points at a ``node`` (p,), and which are in planes of symmetry, or at an axis: their normals too.
+
+    There nothing slips: beyond, it would the other way.
+    """
+    out, inside = normal.copy(), np.zeros(len(node), dtype=bool)
+    for direction, position in setting.mirrors:
+        there = np.abs(setting.rest[node, direction] - position) <= IN_PLANE * setting.size
+        out[there, direction] = 0.0
+        inside |= there
+    return out / np.linalg.norm(out, axis=1)[:, None], inside
 
 
 def _joined(found: list[Seen]) -> tuple[Ints, Floats, Floats, Floats]:
@@ -130,7 +144,7 @@ def wrong_in(ran: Ran, found: list[Measures]) -> list[str]:
         out
         + misstated(scene, setting, ran.steps, points)
         + deeper(scene, ran.steps, depths)
-        + unspent(ran.steps, found)
+        + unspent(ran.scene, ran.steps, found)
     )
 
 

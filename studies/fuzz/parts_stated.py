@@ -14,7 +14,7 @@ from bipot.typing import Floats
 from studies.fuzz.balance import BALANCED, SUMS
 from studies.fuzz.parts_held import parts_of
 from studies.fuzz.record import loads_at
-from studies.fuzz.whole import LEAST, energies
+from studies.fuzz.whole import LEAST, energies, images
 from studies.independent.data import EPS, Contacts, Setting, mandel_to_full
 from studies.independent.element import element_forces, place
 from studies.independent.increment import Measures
@@ -79,11 +79,11 @@ def deeper(scene: Scene, steps: Sequence[Accepted], own: Sequence[float]) -> lis
     return out
 
 
-def unspent(steps: Sequence[Accepted], measures: Sequence[Measures]) -> list[str]:
+def unspent(scene: Scene, steps: Sequence[Accepted], measures: Sequence[Measures]) -> list[str]:
     """Increments of which the energies are not the study's own, in words."""
     out, before, largest, terms = list[str](), np.zeros(4), 0.0, 0.0
     for k, (accepted, measure) in enumerate(zip(steps, measures, strict=True), 1):
-        now, own = energies(accepted), np.array(measure.energies)
+        now, own = energies(accepted) / images(scene), np.array(measure.energies)
         largest, terms = max(largest, *np.abs(now), *np.abs(own)), terms + measure.terms
         error = _largest(now - before - own)
         told = "equilibrium" not in accepted.solved.certificate.below_resolution(Bounds())

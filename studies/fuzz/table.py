@@ -62,7 +62,12 @@ SHOWN = {
     "solid regional": ("bodies in space of several materials", {}),
     "parts": (
         "scenes of parts that touch each other",
-        {"ring": "rings", "quadratic": "quadratic elements", "t3": "T3", "free": "a part that nothing holds"},
+        {
+            "ring": "rings",
+            "quadratic": "quadratic elements",
+            "free": "a part that nothing holds",
+            "half": "a plane of symmetry or an axis",
+        },
     ),
     "solid parts": (
         "parts in space that touch each other",

@@ -225,7 +225,7 @@ def _of_six() -> tuple[Floats, Floats]:
 
 
 def _fine() -> tuple[Floats, Floats]:
-    """Places (q, 2) and weights (q,) there up to degree ten: a square's of six points a side, one of which is a point."""
+    """Places (q, 2) and weights (q,) there up to degree ten: a square's, six points a side, one of which is a point."""
     s, w = np.polynomial.legendre.leggauss(6)
     s, w = (s + 1) / 2, w / 2
     x, y = np.meshgrid(s, s, indexing="ij")
