@@ -80,7 +80,7 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
 
 
 def _in_planes(setting: Setting, node: Ints, normal: Floats) -> tuple[Floats, Bools]:
-    """Normals (p, 2) of points at a ``node`` (p,), and which are in planes of symmetry, or at an axis: their normals too.
+    """Normals (p, 2) of points at a ``node`` (p,), and which are in planes of symmetry or at an axis: so are normals.
 
     There nothing slips: beyond, it would the other way.
     """

@@ -182,7 +182,7 @@ def _nearest(
     place, kept = start + at * along, np.ones(len(over), dtype=bool)
     for k, depth in enumerate(-height):
         if depth > 0:
-            kept[k] = not _behind(place, -outer[own], depth, x[outer @ outer[own] < AGAINST])
+            kept[k] = not _behind(place, -outer[own], depth, x[outer @ outer[own] < 0])
     over, height = over[kept], height[kept]
     return int(over[np.argmin(height)]) if over.size else None
 
