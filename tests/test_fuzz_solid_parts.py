@@ -35,7 +35,7 @@ def test_what_is_faced_is_what_the_library_faces_in_any_configuration(scene, off
     """To round-off where faces are triangles or parallelograms; else rules differ."""
     (tool,) = scene.tools
     assert isinstance(tool, DeformableTool)
-    sides, rng = tool.sides(scene.mesh), np.random.default_rng(0)
+    sides, rng = tool.sides, np.random.default_rng(0)
     for by, apart in ((0.0, 1e-14), (0.02, off)):
         nodes = scene.mesh.nodes + rng.uniform(-by, by, scene.mesh.nodes.shape)
         found, library = seen(scene.mesh.nodes, nodes, sides.one, sides.other), facing(nodes, sides, False)
