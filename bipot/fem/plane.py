@@ -55,7 +55,7 @@ def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]
     out[..., 3] -= half
     out[..., :4] /= ratio[..., None]
     if reduction.ring:
-        out[..., 4] /= positive[1]
+        out[..., 4] /= positive[-1]
     return out, positive
 
 
