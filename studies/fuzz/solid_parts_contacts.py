@@ -130,9 +130,11 @@ def sides(scene: Scene, number: int) -> tuple[Ints, Ints]:
 def _faces(scene: Scene, names: tuple[str, ...]) -> Ints:
     faces = np.concatenate([scene.mesh.boundaries[name] for name in names])
     x, inside = scene.mesh.nodes[faces], scene.mesh.nodes[scene.mesh.elements[owners(scene.mesh, faces)]].mean(axis=1)
-    normal = np.cross(x[:, 1] - x[:, 0], x[:, -1] - x[:, 0])
+    normal = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
     out = np.vecdot(normal, x.mean(axis=1) - inside) > 0
-    return np.where(out[:, None], faces, faces[:, ::-1])
+    # Corners, and after them the middles of edges.
+    back = [0, 2, 1, 5, 4, 3] if faces.shape[1] == 6 else [*range(faces.shape[1])][::-1]
+    return np.where(out[:, None], faces, faces[:, back])
 
 
 def _gap(of: SeenInSpace, nodes: Floats) -> Floats:

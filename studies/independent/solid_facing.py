@@ -1,10 +1,12 @@
-r"""What linear faces in space face, written a second time for the fuzz study: nothing of the library.
+r"""What faces in space face, written a second time for the fuzz study: nothing of the library.
 
-Seen along the normal m of its mean plane, a triangle or square of the one boundary has polygons in common with faces of
-the other one whose normals m' are against it, m . m' < -1/10, and which are not farther behind it than both are large.
-Of polygons over each other the lowest counts, and none that a third face of the one boundary, which turns away, is
-before. Points are the corners of the one boundary, of faces that go on from each other by no more than 60 degrees at
-rest over common edges, with their shape functions psi, and
+Faces are triangles and squares. A triangle with nodes in the middle of its edges is four flat ones between all nodes,
+which are points; N are its own quadratic shape functions. Seen along the normal m of its mean plane, a triangle or
+square of the one boundary has polygons in common with faces of the other one whose normals m' are against it,
+m . m' < -1/10, and which are not farther behind it than both are large. Of polygons over each other the lowest counts,
+and none that a third face of the one boundary, which turns away, is before. Points are the corners of the one boundary,
+of faces that go on from each other by no more than 60 degrees at rest over common edges, with their shape functions
+psi, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,
 
@@ -51,6 +53,37 @@ class SeenInSpace:
     lowest: float
 
 
+PARTS = (0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)
+"""The flat parts of a triangle whose corners are 0, 1 and 2, and 3, 4 and 5 the middles after each."""
+
+MIDDLE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
+"""Where these are, by the corners."""
+
+
+@dataclass(frozen=True)
+class _Flats:
+    """The flat parts of ``faces`` (f, n)."""
+
+    faces: Ints
+
+    @property
+    def nodes(self) -> Ints:
+        """Their corners (l, k), face by face."""
+        n = self.faces.shape[1]
+        return self.faces if n < 6 else np.array([face[list(part)] for face in self.faces for part in PARTS])
+
+    def whole(self, i: int) -> Ints:
+        """The nodes (n,) of the face of the i-th one."""
+        return self.faces[i if self.faces.shape[1] < 6 else i // len(PARTS)]
+
+    def shapes(self, i: int, of_flat: Floats) -> Floats:
+        """The face's shape functions (q, n) by those of its i-th one (q, k)."""
+        if self.faces.shape[1] < 6:
+            return of_flat
+        a, b, c = (of_flat @ MIDDLE[list(PARTS[i % len(PARTS)])]).T
+        return np.stack([a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a], axis=1)
+
+
 @dataclass(frozen=True)
 class _Face:
     """A face in the mean plane of one: ``flat`` (k, 2) places of its corners, and their heights ``above`` it (k,)."""
@@ -90,20 +123,22 @@ class _Face:
 
 
 def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None = None) -> SeenInSpace:
-    """The points of faces ``one`` (f, k) that face faces ``other`` (g, l), with nodes at ``nodes`` (a, 3).
+    """The points of faces ``one`` (f, n) that face faces ``other`` (g, n), with nodes at ``nodes`` (a, 3).
 
     Corners run anticlockwise as seen from outside. The rule is fine, or one of those that are :data:`ROUGH`.
     """
-    node, at = points(rest, one)
+    mine_of, its_of = _Flats(one), _Flats(other)
+    flats, others = mine_of.nodes, its_of.nodes
+    node, at = points(rest, flats)
     count, rule = len(node), _fine() if rough is None else _of_six()
     weights, area, whole = np.zeros((count, len(nodes))), np.zeros(count), np.zeros(count)
     across, inward, alone = np.zeros((3, count, 3))
-    outer, facing = (np.array([_normal(x) for x in nodes[of]]) for of in (one, other))
+    outer, facing = (np.array([_normal(x) for x in nodes[of]]) for of in (flats, others))
     lowest = 0.0
-    for i, face in enumerate(one):
+    for i, face in enumerate(flats):
         np.add.at(whole, at[i], _hats(nodes[face], 6 if rough is None else 2))
         np.add.at(alone, at[i], -outer[i])
-        mine, found = _before(nodes, one, other, outer, facing, i)
+        mine, found = _before(nodes, flats, others, outer, facing, i)
         for j, its, polygon in found:
             lowest = min(lowest, *its.height(polygon), *its.height(polygon.mean(axis=0)[None]))
             places, weight = _over(polygon, rule, rough or 0)
@@ -113,8 +148,8 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
             across[at[i]] += share[:, None] * facing[j]
             inward[at[i]] -= share[:, None] * outer[i]
             for k, p in enumerate(at[i]):
-                weights[p, face] += (weight * psi[:, k]) @ psi
-                weights[p, other[j]] -= (weight * psi[:, k]) @ theirs
+                weights[p, mine_of.whole(i)] += (weight * psi[:, k]) @ mine_of.shapes(i, psi)
+                weights[p, its_of.whole(j)] -= (weight * psi[:, k]) @ its_of.shapes(j, theirs)
     part = np.minimum(area / whole, 1.0)
     faces: Bools = part > NOTHING
     weights[faces] /= area[faces, None]
@@ -212,12 +247,7 @@ def _over(polygon: Floats, rule: tuple[Floats, Floats], corner: int) -> tuple[Fl
 
 
 def _of_six() -> tuple[Floats, Floats]:
-    """Places (6, 2) and weights (6,) on the triangle of (0, 0), (1, 0), (0, 1), exact up to degree four.
-
-    >>> places, weights = _of_six()
-    >>> float(weights @ (places[:, 0] ** 3 * places[:, 1])) - 6 / 720 < 1e-15
-    True
-    """
+    """Places (6, 2) and weights (6,) on the triangle of (0, 0), (1, 0), (0, 1), exact up to degree four."""
     out = list[tuple[float, float]]()
     for a in (0.44594849091596488631832925388305, 0.09157621350977074345957146340220):
         out += [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a)]
