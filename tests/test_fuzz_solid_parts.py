@@ -15,7 +15,7 @@ from studies.independent.solid_facing import seen
 from tests.scenes import with_course
 from tests.test_deformable_space import TURNS, pressed, stack
 
-SLIDING = 1
+SLIDING = 19
 """Seed of a scene with friction, of two parts that slide."""
 
 
