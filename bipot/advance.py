@@ -263,10 +263,10 @@ class Advance:
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""
         if not self.candidates.curved:
-            return self.start.gap
+            return self.opening
         gap = self.candidates.faces.after(self.places, self.placed, self._before(advance))
         flat = np.array([tool.flat for tool in self.candidates.scene.tools], dtype=bool)
-        return np.where(flat[self.candidates.tool], self.start.gap, gap)
+        return np.where(flat[self.candidates.tool], self.opening, gap)
 
     def _before(self, advance: Floats) -> Floats:
         """The part (w, d) of the parts' motion that is no slip, if poses ``advance`` by (k, p)."""

@@ -34,8 +34,9 @@ lands on it, is in touch as long as the point follows it. Of its slip the part
 
 rubs, with a the gap that opens, or that closes while a point slips, and du_0 the motion of a body that its supports and
 the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). At a deformable tool v is how the two sides go
-to each other, du_0 that of parts that their own supports carry. Where curved tools come to points, slips begin
-where they touch (:mod:`bipot.tools.meeting`): no gap is left to close.
+to each other, du_0 that of parts that their own supports carry. Where curved tools come to points, slips begin where
+they touch (:mod:`bipot.tools.meeting`): no gap is left to close. A point may come before a deformable tool, or leave
+it, by sliding past an end (:func:`passing`). It has slipped in touch then, in the means of where it faces the tool.
 
 The ``start`` is the accepted state; an increment of BDF2 is solved from another one, with the flow carried on.
 
@@ -66,6 +67,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, vdot
 
 
@@ -104,10 +106,11 @@ class Energies:
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = scene.materials.elasticity.strain(end.stress - before)
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
-        against = np.vecdot(r[:, 1:], solved.iterate.slipped)
-        touching = in_touch(start, solved.iterate, solved.r)
+        slip, by_sliding = passing(start, solved.iterate)
+        against = np.vecdot(r[:, 1:], slip)
+        touching = np.maximum(in_touch(start, solved.iterate, solved.r), by_sliding)
         in_air = float((1 - touching) @ against)
-        corrected = in_air + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
+        corrected = in_air + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching, slip)
         load = (1 - theta) * start_loads(start, increment) + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
         parts = {
@@ -198,13 +201,41 @@ def start_limit(start: State, increment: Increment) -> Floats:
     return np.where(rows.tied, 0.0, rows.limit(start.forces))
 
 
-def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats) -> float:
-    """The term g of the module docstring (energy), for the slip to the end, with forces r (c, d) there.
+def passing(start: State, iterate: Iterate) -> tuple[Floats, Floats]:
+    """Slips (c, d - 1), and the part (c,) that rubs of those by which points come before deformable tools, or go.
+
+    Of a point that faces it at one end of the increment alone the slip is that in the means there. One that comes with
+    a gap a rubs by |u_t| / (|u_t| + a) of its slip, one that goes by all of it. The part is zero of other points.
+    """
+    increment, slip = iterate.increment, iterate.slipped
+    contacts, size = increment.system.candidates, increment.system.body.scene.mesh.size
+    part = np.zeros(len(slip))
+    if not contacts.deformable:
+        return slip, part
+    own = np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools], dtype=bool)[contacts.tool]
+    begun, ended = increment.tools.opening, iterate.motion[:, 0]
+    come, gone = own & (start.gap - begun > size), own & (ended - start.gap > size)
+    if gone.any():
+        before = increment.system.facing(start.nodes).candidates
+        first = np.searchsorted(before.parts.owner, np.flatnonzero(gone))
+        tangents = before.frames_at(start.nodes, increment.tools.placed)[first, 1:]
+        moved = before.means.motion(iterate.response.du)[gone]
+        slip = slip.copy()
+        slip[gone] = np.where(contacts.tangent_free[gone, None], (tangents @ moved[..., None])[..., 0], 0.0)
+    length = norm(slip)
+    way = length + np.maximum(begun, 0.0)
+    np.divide(length, way, out=part, where=come & (way > 0))
+    part[gone] = 1.0
+    return slip, part
+
+
+def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats, slip: Floats) -> float:
+    """The term g of the module docstring (energy), for the ``slip`` (c, d - 1) to the end, with forces r (c, d) there.
 
     Of the slip the part b, ``touching`` (c,), rubs (:func:`in_touch`).
     """
     increment, ended = iterate.increment, iterate.rubbed(r)
-    slip, begun = iterate.slipped, start_forces(start, increment)
+    begun = start_forces(start, increment)
     sticks = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
     gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
     return float(gap[~sticks] @ touching[~sticks])

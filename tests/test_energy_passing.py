@@ -1,0 +1,59 @@
+"""Energy where points come before deformable tools, and leave them, by sliding past an end of these."""
+
+import pytest
+
+from bipot import (
+    Amplitude,
+    Control,
+    DeformableTool,
+    Element,
+    Geometry,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    Support,
+    block,
+    brick,
+    march,
+    together,
+)
+from tests.deformable import ELASTIC, shifted
+
+MU = 0.3
+PRESSED, DRAGGED = Amplitude(((0.0, 0.0), (0.2, 1.0), (1.0, 1.0))), Amplitude(((0.0, 0.0), (0.2, 0.0), (1.0, 1.0)))
+
+
+def dragged(element, *, long):
+    """A block pressed onto a longer one and dragged along it; its face, or the ``long`` one, has the candidates."""
+    if element is Element.H8:
+        low, up = brick(3.0, 1.5, 0.5, 7, 3, 1), shifted(brick(1.0, 1.0, 0.5, 2, 2, 1), 0.3, 0.25, 0.5)
+    else:
+        low = block(4.0, 1.0, 13, 1, element=element)
+        up = shifted(block(1.0, 0.5, 3, 1, element=element), 0.5, 1.0)
+    mesh, across = together({"low": low, "up": up}), low.dimension - 1
+    supports = (
+        *(Support("low/base", axis) for axis in range(low.dimension)),
+        *(Support("up/top", axis) for axis in range(1, across)),
+        Prescribed("up/top", across, -0.002, PRESSED),
+        Prescribed("up/top", 0, 0.8, DRAGGED),
+    )
+    sides = ("low/top",), ("up/base",)
+    tool = DeformableTool(*(sides[::-1] if long else sides), MU)
+    geometry = Geometry.SOLID if low.dimension == 3 else Geometry.PLANE_STRAIN
+    return Scene(mesh, geometry, ELASTIC, supports, (tool,))
+
+
+@pytest.mark.parametrize("element", [Element.Q4, pytest.param(Element.H8, marks=pytest.mark.slow)])
+def test_work_is_dissipated_whichever_side_has_the_candidates(element):
+    """Nearly all of it is friction, mu times the pressing force times the way; a tenth of it was missing."""
+    for long in (False, True):
+        gone, way = 0.0, 0.0
+        scene = dragged(element, long=long)
+        steps = list(march(scene, Schedule(8), Control(Newton(), ())))
+        for step in steps:
+            moved = step.displacement[scene.mesh.boundary_nodes("up/top"), 0].mean()
+            gone, way = gone + MU * abs(step.tool_forces[0, -1]) * (moved - way), moved
+        energies = steps[-1].energies
+        assert energies.friction == pytest.approx(gone, rel=0.06 if long else 0.005)
+        assert abs(energies.energy_error) < 2e-3
