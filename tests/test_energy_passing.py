@@ -38,8 +38,8 @@ def dragged(element, *, long):
         Prescribed("up/top", across, -0.002, PRESSED),
         Prescribed("up/top", 0, 0.8, DRAGGED),
     )
-    sides = ("low/top",), ("up/base",)
-    tool = DeformableTool(*(sides[::-1] if long else sides), MU)
+    surface, candidates = (("up/base",), ("low/top",)) if long else (("low/top",), ("up/base",))
+    tool = DeformableTool(surface, candidates, MU)
     geometry = Geometry.SOLID if low.dimension == 3 else Geometry.PLANE_STRAIN
     return Scene(mesh, geometry, ELASTIC, supports, (tool,))
 
