@@ -67,7 +67,6 @@ from bipot.schedule import ROUND_OFF
 from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.tools.deformable import DeformableTool
 from bipot.typing import Floats, vdot
 
 
@@ -212,7 +211,7 @@ def passing(start: State, iterate: Iterate) -> tuple[Floats, Floats]:
     part = np.zeros(len(slip))
     if not contacts.deformable:
         return slip, part
-    own = np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools], dtype=bool)[contacts.tool]
+    own = increment.tools.between
     begun, ended = increment.tools.opening, iterate.motion[:, 0]
     come, gone = own & (start.gap - begun > size), own & (ended - start.gap > size)
     if gone.any():
