@@ -8,7 +8,7 @@ from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
-from bipot.tools.facing import facing
+from bipot.tools.facing import facing, rounding
 from bipot.tools.surfaces import across
 from bipot.typing import Floats
 
@@ -27,7 +27,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     for plane in scene.mirrors:
         there = plane.holds(x)
         normal[there] = across(normal[there], plane.normal)
-    normal, apart, far = unit(normal), np.zeros(len(x)), found.apart
+    normal, apart, far = unit(normal), rounding(nodes, sides, found.part), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
     faced = Faced(
         nodes=met.nodes,

@@ -41,6 +41,10 @@ from bipot.typing import Floats, Ints
 CREASE = 0.5
 """Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
 
+ROUND, FILLET = 5e-3, 0.02
+"""Part of its area that faces the other side below which a point is at its rounded end, and how deep this is rounded,
+over the longest edge there."""
+
 
 @dataclass(frozen=True)
 class Facing:
@@ -209,6 +213,20 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     theirs[apart] = ours[apart] = alone[apart]
     normal = part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours)
     return Facing(weights, unit(normal), apart, part)
+
+
+def rounding(nodes: Floats, sides: Sides, part: Floats) -> Floats:
+    """How much farther off (p,) the other side is where a point faces but the end of it, a ``part`` (p,) of its area.
+
+    With the longest edge h at the point that is FILLET h (1 - sqrt(part/ROUND))^2, as if the end were rounded: the part
+    goes with the square of how far it reaches before a point, or more. If a point that barely faced it felt all of it,
+    whether it does could depend on whether it is felt.
+    """
+    ends = nodes[sides.lines]
+    longest = norm(ends[:, :, None] - ends[:, None]).max(axis=2)
+    size = np.zeros(len(part))
+    np.maximum.at(size, sides.point, longest)
+    return FILLET * size * np.maximum(1 - np.sqrt(part / ROUND), 0.0) ** 2
 
 
 def _hats(ends: Floats, ring: bool) -> Floats:

@@ -64,17 +64,17 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
     """
     found, at_start = means(scene, end.nodes), means(scene, start.nodes)
     tool = np.repeat(np.arange(len(found)), [len(of.node) for of in found])
-    node, weights, normal, part = _joined(found)
+    node, weights, normal, part, off = _joined(found)
     normal, inside = _in_planes(setting, node, normal)
     mu = [scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)]
     owner, a = np.nonzero(weights)
-    apart = np.where(part[owner] > 0, 0.0, np.vecdot(normal, end.nodes[node])[owner] - FAR * setting.size)
+    away = np.where(part > 0, off, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
+    apart = -away[owner]
     none = np.zeros((len(owner), 2))
-    _, earlier, way, faced = _joined(at_start)
+    _, earlier, way, faced, farther = _joined(at_start)
     way, _ = _in_planes(setting, node, way)
-    away = np.where(part > 0, 0.0, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
     here, there = (np.vecdot(n, w @ start.nodes) for n, w in ((normal, weights), (way, earlier)))
-    before = np.where((part > 0) & (faced > 0), there, here + away)
+    before = np.where((part > 0) & (faced > 0), there + farther, here + away)
     taken = carried(scene, start.tau, end.tau)[a]
     return Contacts(node, weights, ~inside, tool, normal[owner], np.array(mu), apart, apart, none, taken, before=before)
 
@@ -92,10 +92,11 @@ def _in_planes(setting: Setting, node: Ints, normal: Floats) -> tuple[Floats, Bo
     return out / np.linalg.norm(out, axis=1)[:, None], inside
 
 
-def _joined(found: list[Seen]) -> tuple[Ints, Floats, Floats, Floats]:
-    """The points of all tools: their nodes, weights, normals and parts."""
-    node, weights, normal, part = zip(*((of.node, of.weights, of.normal, of.part) for of in found), strict=True)
-    return np.concatenate(node), np.concatenate(weights), np.concatenate(normal), np.concatenate(part)
+def _joined(found: list[Seen]) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    """The points of all tools: their nodes, weights, normals, parts, and how much farther off these are."""
+    every = zip(*((of.node, of.weights, of.normal, of.part, of.farther) for of in found), strict=True)
+    node, weights, normal, part, off = (np.concatenate(of) for of in every)
+    return node, weights, normal, part, off
 
 
 def measured(ran: Ran) -> list[Measures]:

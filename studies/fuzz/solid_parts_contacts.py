@@ -84,8 +84,9 @@ def _touching(
     owner, node = np.nonzero(end.weights)
     tool = np.repeat(np.arange(len(counts)), counts)
     faces, faced = end.part > 0, begun.part > 0
-    away = np.where(faces, 0.0, FAR * size - np.vecdot(end.normal, state.nodes[end.node]))
-    gap, here, there = _gap(end, state.nodes) + away, _gap(end, start.nodes) + away, _gap(begun, start.nodes)
+    away = np.where(faces, end.farther, FAR * size - np.vecdot(end.normal, state.nodes[end.node]))
+    gap, here = _gap(end, state.nodes) + away, _gap(end, start.nodes) + away
+    there = _gap(begun, start.nodes) + begun.farther
     before = np.where(faces & faced, there, here)
     places = EPS * (reach @ np.abs(state.nodes)).max(axis=1)
     agrees = np.abs(state.gap - gap) <= 2 * places + off
@@ -155,9 +156,12 @@ def _each(scene: Scene, nodes: Floats, rough: int | None = None) -> list[SeenInS
 
 def _joined(found: list[SeenInSpace]) -> SeenInSpace:
     """Those of all tools."""
-    node, weights, normal, part = zip(*((of.node, of.weights, of.normal, of.part) for of in found), strict=True)
-    every = (np.concatenate(of) for of in (node, weights, normal, part))
+    every = (np.concatenate(of) for of in zip(*(_arrays(of) for of in found), strict=True))
     return SeenInSpace(*every, lowest=min(of.lowest for of in found))
+
+
+def _arrays(of: SeenInSpace) -> tuple[Ints, Floats, Floats, Floats, Floats]:
+    return of.node, of.weights, of.normal, of.part, of.farther
 
 
 def _lowest(scene: Scene, nodes: Floats) -> float:

@@ -10,7 +10,8 @@ one boundary, two where it turns by more than 60 degrees at rest, with hats psi 
 
 over what faces anything, with the shapes N of whole edges: parabolas where these have three nodes. The integrals are
 sums over intervals of s between all ends seen, and all crossings of two parts, by Gauss' rule of four points, which is
-exact.
+exact. Where a point faces less than the part b = 0.005 of its area a, the other side is farther off by
+0.02 h (1 - sqrt(a/b))^2, with the longest part h there.
 """
 
 from __future__ import annotations
@@ -36,14 +37,15 @@ FOUR = np.polynomial.legendre.leggauss(4)
 class Seen:
     """Points p at a ``node`` (p,) by the ``weights`` (p, a), with the ``normal`` (p, 2) into the body.
 
-    Of the area around them the fraction ``part`` (p,) faces anything; where none does, the weights are their nodes'.
-    ``lowest`` is the least gap along normals of the boundary, zero if none is below.
+    Of the area around them the fraction ``part`` (p,) faces anything, ``farther`` (p,) off than it is; where none does,
+    the weights are their nodes'. ``lowest`` is the least gap along normals of the boundary, zero if none is below.
     """
 
     node: Ints
     weights: Floats
     normal: Floats
     part: Floats
+    farther: Floats
     lowest: float
 
 
@@ -133,7 +135,20 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     inward, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
     # Gaps change along the normals of the other side, as far as that goes on; beyond its end along those of this one.
     mixed = _unit(part[:, None] * other_side + (1 - part[:, None]) * inward)
-    return Seen(node, weights, mixed, part, lowest)
+    return Seen(node, weights, mixed, part, farther(x, at, part), lowest)
+
+
+def farther(x: Floats, at: Ints, part: Floats) -> Floats:
+    """How much farther off (p,) what points face is, with corners x (l, k, d) of what is around points ``at`` (l, k).
+
+    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([1.25e-3, 1.0])).tolist()
+    [0.025, 0.0]
+    """
+    longest = np.zeros(len(part))
+    for corners, points_there in zip(x, at, strict=True):
+        size = max(float(np.linalg.norm(a - b)) for a in corners for b in corners)
+        longest[points_there] = np.maximum(longest[points_there], size)
+    return 0.02 * longest * np.maximum(1 - np.sqrt(part / 0.005), 0.0) ** 2
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -26,6 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent.data import Bools, Floats, Ints
+from studies.independent.facing import farther
 from studies.independent.fans import spread
 
 AGAINST, NOTHING = -0.1, 1e-9
@@ -42,7 +43,8 @@ ROUND_OFF = 1e-12
 class SeenInSpace:
     """Points p at a ``node`` (p,) by the ``weights`` (p, a), with the ``normal`` (p, 3) into the body.
 
-    Of the area around them the fraction ``part`` (p,) faces anything; where none does, the weights are their nodes'.
+    Of the area around them the fraction ``part`` (p,) faces anything, ``farther`` (p,) off than it is
+    (:func:`studies.independent.facing.farther`); where none does, the weights are their nodes'.
     ``lowest`` is the least gap at corners of polygons along normals of the boundary, zero if none is below.
     """
 
@@ -50,6 +52,7 @@ class SeenInSpace:
     weights: Floats
     normal: Floats
     part: Floats
+    farther: Floats
     lowest: float
 
 
@@ -156,7 +159,8 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
     part = np.where(faces, part, 0.0)[:, None]
     away, own = (_unit(np.where(faces[:, None], of, alone)) for of in (across, inward))
-    return SeenInSpace(node, weights, _unit(part * away + (1 - part) * own), part[:, 0], lowest)
+    normal, off = _unit(part * away + (1 - part) * own), farther(nodes[flats], at, part[:, 0])
+    return SeenInSpace(node, weights, normal, part[:, 0], off, lowest)
 
 
 def points(rest: Floats, faces: Ints) -> tuple[Ints, Ints]:
@@ -221,8 +225,7 @@ def clipped(one: Floats, other: Floats) -> Floats:
     """What two convex polygons (k, 2) and (l, 2) have in common, all anticlockwise: corners (v, 2), none if nothing.
 
     >>> square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
-    >>> float(_area(clipped(square, square + 0.5)))
-    0.25
+    >>> assert _area(clipped(square, square + 0.5)) == 0.25
     """
     out = list(one)
     for start, end in zip(other, np.roll(other, -1, axis=0), strict=True):

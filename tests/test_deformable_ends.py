@@ -1,0 +1,86 @@
+"""Where a deformable tool ends just beyond a node of the candidates: its end is rounded, and answers do not jump."""
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    DeformableTool,
+    Element,
+    Geometry,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    Support,
+    block,
+    brick,
+    march,
+    together,
+)
+from bipot.tools.facing import FILLET, ROUND, facing, rounding
+from tests.deformable import ELASTIC, shifted
+
+NEWTON = Control(Newton(), ())
+
+
+def pressed(coarse=10, fine=3, at=0.5, mu=0.3, element=Element.Q4):
+    """A block of one that presses a longer one, whose nodes may be those of its corners."""
+    low, up = block(3.0, 1.0, coarse, 2, element=element), shifted(block(1.0, 0.5, fine, 2, element=element), at, 1.0)
+    supports = (Support("low/base", 0), Support("low/base", 1), Support("up/top", 0), Prescribed("up/top", 1, -0.002))
+    tools = (DeformableTool(("up/base",), ("low/top",), mu),)
+    return Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, ELASTIC, supports, tools)
+
+
+@pytest.mark.parametrize(
+    ("coarse", "fine", "at", "mu", "element"), [(10, 3, 0.5, 0.3, Element.Q4), (9, 2, 1.0, 0.3, Element.Q4)]
+)
+def test_corners_on_nodes_are_pressed_to_the_end(coarse, fine, at, mu, element):
+    """With the point beyond it the answer ended before the corner, and without it behind: there was none."""
+    scene = pressed(coarse, fine, at, mu, element)
+    *_, five = march(scene, Schedule(5), NEWTON)
+    *_, twelve = march(scene, Schedule(12), NEWTON)
+    np.testing.assert_allclose(five.tool_force(0)[1], twelve.tool_force(0)[1], rtol=1e-2)
+
+
+def test_what_barely_faces_the_end_bears_nothing_and_forces_go_on_from_there():
+    """By how far, over an edge, the block is beyond a node of the other one, of which nothing else depends."""
+    low = block(3.0, 1.0, 3, 2)
+    found = []
+    for by in (0.0, 1e-9, 1e-4, 0.01, 0.05, 0.1, 0.11):
+        up = shifted(block(1.0 + 2 * by, 0.5, 2, 1), 1.0 - by, 1.0)
+        supports = Support("low/base", 0), Support("low/base", 1), Support("up/top", 0), Prescribed("up/top", 1, -0.002)
+        tools = (DeformableTool(("up/base",), ("low/top",), 0.2),)
+        scene = Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, ELASTIC, supports, tools)
+        *_, last = march(scene, Schedule(1), NEWTON)
+        candidates, r = last.solved.iterate.increment.system.candidates, last.state.forces[:, 0]
+        (points,) = candidates.points
+        found.append((last.tool_force(0)[1], r[points.faced.part < 0.5 * ROUND].max(initial=0.0) / r.max()))
+    forces, beyond = np.array(found).T
+    np.testing.assert_allclose(beyond[:4], 0.0)
+    np.testing.assert_allclose(np.diff(forces[:4]) / forces[0], 0.0, atol=0.02)
+    assert abs(np.diff(forces) / forces[0]).max() < 0.1
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_the_end_is_rounded_by_the_part_that_is_faced(space):
+    """Along an edge of h = 1/2 a point before which a tool ends after s faces s^2/(2 h) of h, in space of h by h."""
+
+    def made(by):
+        if space:
+            low, up = brick(1.0, 1.0, 1.0, 2, 2, 1), shifted(brick(1.0, 1.0, 1.0, 1, 1, 1), 0.5 - by, 0.0, 1.0)
+        else:
+            low, up = block(1.0, 1.0, 2, 1), shifted(block(1.0, 1.0, 1, 1), 0.5 - by, 1.0)
+        mesh = together({"low": low, "up": up})
+        sides = DeformableTool(("up/base",), ("low/top",), 0.0).of(mesh).sides
+        found = facing(mesh.nodes, sides, ring=False)
+        return mesh.nodes[sides.node], found.part, rounding(mesh.nodes, sides, found.part)
+
+    for by in (1e-6, 0.02, 0.04, 0.06):
+        x, part, off = made(by)
+        ends = x[:, 0] == 0.0
+        np.testing.assert_allclose(part[ends], (by / 0.5) ** 2, rtol=1e-6)
+        h = 0.5 * np.sqrt(2.0) if space else 0.5
+        expected = FILLET * h * max(1 - by / 0.5 / np.sqrt(ROUND), 0.0) ** 2
+        np.testing.assert_allclose(off[ends], expected, rtol=1e-6, atol=1e-15)
+        np.testing.assert_allclose(off[~ends], 0.0)
