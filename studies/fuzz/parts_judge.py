@@ -69,7 +69,7 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
     mu = [scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)]
     owner, a = np.nonzero(weights)
     away = np.where(part > 0, off, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
-    apart = -away[owner]
+    apart = np.where(_own(scene, tool)[owner, a], -away[owner], 0.0)
     none = np.zeros((len(owner), 2))
     _, earlier, way, faced, farther = _joined(at_start)
     way, _ = _in_planes(setting, node, way)
@@ -77,6 +77,14 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
     before = np.where((part > 0) & (faced > 0), there + farther, here + away)
     taken = carried(scene, start.tau, end.tau)[a]
     return Contacts(node, weights, ~inside, tool, normal[owner], np.array(mu), apart, apart, none, taken, before=before)
+
+
+def _own(scene: Scene, tool: Ints) -> Bools:
+    """Which nodes (p, a) are on the side of points at a ``tool`` (p,): of this side weights sum to one."""
+    own = np.zeros((len(tool), len(scene.mesh.nodes)), dtype=bool)
+    for k, one in enumerate(scene.tools):
+        own[np.ix_(tool == k, np.unique(_edges(scene, one.candidates)))] = True
+    return own
 
 
 def _in_planes(setting: Setting, node: Ints, normal: Floats) -> tuple[Floats, Bools]:
