@@ -140,6 +140,15 @@ def test_friction_holds_mu_times_what_presses():
         last(slides, Newton())
 
 
+def test_what_only_dents_hold_is_named():
+    """Without friction a block under its own weight slides off the hill that it has made below it."""
+    mesh = together({"low": block(3.0, 1.0, 9, 2), "up": shifted(block(1.0, 0.5, 4, 2), 1.0, 1.0)})
+    held, tool = (Support("low/base", 0), Support("low/base", 1)), DeformableTool(("low/top",), ("up/base",), 0.0)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, held, (tool,), loads=(BodyForce((0.0, -1.0)),))
+    with pytest.raises(IncrementFailed, match=r"Nothing but the dents .* part of element 18 against moving along"):
+        list(march(scene, Schedule(5), Control(Newton(), ())))
+
+
 def test_parts_with_a_common_node_are_refused():
     one, other = block(1.0, 1.0, 2, 2), shifted(block(1.0, 1.0, 2, 2), 1.0, 1.0)
     mesh = together({"one": one, "other": other})

@@ -9,7 +9,7 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF
-from bipot.checks.free import free, rubs
+from bipot.checks.free import free, neutral, rubs
 from bipot.checks.jammed import jammed
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment
@@ -83,7 +83,21 @@ def _unheld(increment: Increment) -> str | None:
     # Loads that do no work on the motion may press the contacts that it opens, as on a slope.
     if forces.any() and (vdot(forces, motion) <= ROUND_OFF * float(np.linalg.norm(forces)) or rubs(increment, v)):
         return None
-    mesh = system.body.scene.mesh
+    return f"Nothing holds {_moving(increment, motion)}: add a support, or friction at a contact that stays closed."
+
+
+def wavering(increment: Increment) -> str | None:
+    """Advice where at rest nothing would hold a part, and under load nothing but how contacts are deformed."""
+    v = neutral(increment) if increment.system.candidates.deformable else None
+    if v is None:
+        return None
+    moving = _moving(increment, increment.system.body.space.spread(v))
+    return f"Nothing but the dents in its contacts holds {moving}: add a support, or friction."
+
+
+def _moving(increment: Increment, motion: Floats) -> str:
+    """What the ``motion`` (a, d) moves, and how, in words."""
+    mesh = increment.system.body.scene.mesh
     own = mesh.part[np.argmax(norm(motion))]
     motion, whole = motion[mesh.part == own], not mesh.part.any()
     who = "the body" if whole else f"the part of element {int(np.argmax(mesh.connected == own))}"
@@ -91,7 +105,7 @@ def _unheld(increment: Increment) -> str | None:
     shift = np.where(np.abs(mean) > ROUND_OFF, mean, 0.0)
     turns = " with a turn" if float(norm(motion - mean).max()) > ROUND_OFF else ""
     what = f"moving along ({', '.join(f'{part:.3g}' for part in shift)}){turns}" if shift.any() else "turning"
-    return f"Nothing holds {who} against {what}: add a support, or friction at a contact that stays closed."
+    return f"{who} against {what}"
 
 
 def _aloft(increment: Increment) -> str | None:

@@ -8,6 +8,8 @@ program says which contacts a motion in it can open.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import null_space
 
@@ -28,8 +30,7 @@ def free(increment: Increment, forces: Floats) -> Floats | None:
     """
     system, rows = increment.system, increment.unmoved.rows
     rigid = system.rigid_at(increment.start.nodes)
-    normal, tangent = cleaned(rows.G_n @ rigid, rigid), np.zeros((rows.count, rows.tangents, rigid.shape[1]))
-    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
+    normal, tangent = _changes(rows, rigid)
     # These motions leave all contacts as they are and are free in both directions.
     still = null_space(np.vstack([normal, *tangent[rows.rubs]]), rcond=ROUND_OFF)
     push = np.array([vdot(forces, system.body.space.spread(way)) for way in rigid.T])
@@ -50,6 +51,22 @@ def free(increment: Increment, forces: Floats) -> Floats | None:
     motion = system.body.space.spread(v)
     # Where nothing opens, the motion is free in both directions, and the largest component is made positive.
     return _of_length_one(system, -v if motion.flat[np.abs(motion).argmax()] < 0 else v)
+
+
+def neutral(increment: Increment) -> Floats | None:
+    """A motion of the unknowns (n,) that leaves all contacts of the body at rest as they are, None if there is none."""
+    system = increment.system.facing(increment.system.body.scene.mesh.nodes)
+    rows, rigid = replace(increment, system=system, start=system.rest()).unmoved.rows, system.rigid
+    normal, tangent = _changes(rows, rigid)
+    still = null_space(np.vstack([normal, *tangent[rows.rubs]]), rcond=ROUND_OFF)
+    return _of_length_one(system, rigid @ still[:, 0]) if still.size else None
+
+
+def _changes(rows: ContactRows, rigid: Floats) -> tuple[Floats, Floats]:
+    """How gaps (c, m) and slips (c, d - 1, m) change with ``rigid`` motions (n, m)."""
+    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
+    return cleaned(rows.G_n @ rigid, rigid), tangent
 
 
 def _opening(rows: ContactRows, normal: Floats, tangent: Floats) -> tuple[Floats | None, Floats] | None:

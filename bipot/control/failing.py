@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.checks.diagnosis import cornered, diagnosis
+from bipot.checks.diagnosis import cornered, diagnosis, wavering
 from bipot.control.attempt import Attempt
 from bipot.control.reason import Reason
 from bipot.errors import (
@@ -62,6 +62,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         more = crushed
     elif corner is not None:
         more = corner
+    elif not is_explained and (wavers := wavering(increment)) is not None:
+        more = wavers
     elif isinstance(attempt.last, UnsuitedForm):
         more = "Take another form, or give it fallbacks."
     elif isinstance(attempt.last, Refused) and not attempt.last.too_far:
