@@ -218,9 +218,9 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
 def rounding(nodes: Floats, sides: Sides, part: Floats) -> Floats:
     """How much farther off (p,) the other side is where a point faces but the end of it, a ``part`` (p,) of its area.
 
-    With the longest edge h at the point that is FILLET h (1 - sqrt(part/ROUND))^2, as if the end were rounded: the part
-    goes with the square of how far it reaches before a point, or more. If a point that barely faced it felt all of it,
-    whether it does could depend on whether it is felt.
+    With the longest edge or diagonal h from the point that is FILLET h (1 - sqrt(part/ROUND))^2, as if the end were
+    rounded: the part goes with the square of how far the end reaches before a point, or more. If a point that barely
+    faces it felt all of it, whether it does could depend on whether it is felt.
     """
     ends = nodes[sides.lines]
     longest = norm(ends[:, :, None] - ends[:, None]).max(axis=2)

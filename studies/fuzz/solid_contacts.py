@@ -116,6 +116,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Ridden) -> Touching:
         apart=found.apart,
         left=np.where(found.apart, found.left, before),
         past=parts.any(found.past),
+        passing=np.zeros(len(own.node)),
         owner=parts.owner,
         part=parts.node,
         share=parts.share,

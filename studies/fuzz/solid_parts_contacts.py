@@ -91,6 +91,14 @@ def _touching(
     places = EPS * (reach @ np.abs(state.nodes)).max(axis=1)
     agrees = np.abs(state.gap - gap) <= 2 * places + off
     moved = end.weights @ state.du
+    # What carries touches, though the gap that it closes may be off by what is left of how much it faces.
+    touched = (before <= TOUCHING * size + off) | (start.forces[:, 0] > 0)
+    slip = einsum("cij,cj->ci", frames[:, 1:], moved)
+    if (gone := faced & ~faces).any():
+        earlier = framed(accepted.solved.iterate.increment.system.facing(start.nodes).candidates.frames)
+        slip[gone] = einsum("cij,cj->ci", earlier[gone, 1:], begun.weights[gone] @ state.du)
+    length = np.linalg.norm(slip, axis=1)
+    way = np.divide(length, length + np.maximum(here, 0.0), out=np.zeros(count), where=length > 0)
     return Touching(
         node=end.node,
         tool=tool,
@@ -99,11 +107,11 @@ def _touching(
         cap_before=np.full(count, np.inf),
         tied=np.zeros(count, dtype=bool),
         gap=np.where(agrees, state.gap, gap),
-        opened=np.where(before <= TOUCHING * size + off, gap - before, np.vecdot(end.normal, moved)),
+        opened=np.where(touched, gap - before, np.vecdot(end.normal, moved)),
         blur=np.where(agrees, EPS * (reach @ np.abs(state.du)).max(axis=1), 0.0) + off,
         places=places,
         unsure=reach @ np.linalg.norm(state.du, axis=1) + off / EPS,
-        slip=einsum("cij,cj->ci", frames[:, 1:], moved),
+        slip=slip,
         dragged=np.zeros((count, 2)),
         kept=np.tile(np.eye(2), (count, 1, 1)),
         follow=np.vecdot(end.normal, moved - end.weights @ carried(scene, start.tau, state.tau)),
@@ -111,6 +119,7 @@ def _touching(
         apart=np.zeros(count, dtype=bool),
         left=before,
         past=np.zeros(count, dtype=bool),
+        passing=np.where(gone, 1.0, np.where(faces & ~faced, way, 0.0)),
         owner=owner,
         part=node,
         share=end.weights[owner, node],

@@ -23,7 +23,8 @@ class Touching:
     both tangents ``dragged`` (c, 2) is what the tool slips by along them. Of slips and friction planes of symmetry
     leave ``kept`` (c, 2, 2). Points ``follow`` (c,) their tool along its normal at the start, beyond what
     carries them, from a gap ``before`` (c,), and slip from one ``left`` (c,). Some start ``apart`` from a tool that is
-    not flat, or end ``past`` its open end.
+    not flat, or end ``past`` its open end. Points go ``passing`` (c,) an end of
+    another part in touch with it for this part of their slips, zero where they do not.
 
     Node by node, ``owner`` (w,) is the candidate, ``part`` (w,) the node, ``share`` (w,) its weight; ``frames`` (w, 3,
     3) and ``begun`` (w, 3, 3) are what gap and slip change by as it moves, at the end and the start: by rows the
@@ -50,6 +51,7 @@ class Touching:
     apart: Bools
     left: Floats
     past: Bools
+    passing: Floats
     owner: Ints
     part: Ints
     share: Floats
@@ -122,7 +124,7 @@ class Touching:
 
     def not_in_air(self, size: float) -> Floats:
         """The part (c,) of slips along which points touch, in a body of the ``size``, as in the plane."""
-        return touching_part(self.left, self.before, self.gap, self.follow, size)
+        return np.maximum(touching_part(self.left, self.before, self.gap, self.follow, size), self.passing)
 
     def most(self, r: Floats) -> Floats:
         """Largest friction (c,) under forces r (c, 3) of the end."""

@@ -58,7 +58,8 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     slip, opened = c.slip(du), c.opened(du)
     if c.bodies:
         # Means of what stays in touch change along it: across a gap that stays closed nothing does work.
-        opened = np.where(before <= TOUCHING * s.whole, gap - before, opened)
+        touched = (before <= TOUCHING * s.whole) | (step.start.forces[:, 0] > 0)
+        opened = np.where(touched, gap - before, opened)
     tied = c.welded & (before <= TOUCHING * s.whole)
     mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
     rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held, s.axes)

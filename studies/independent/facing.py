@@ -11,7 +11,7 @@ one boundary, two where it turns by more than 60 degrees at rest, with hats psi 
 over what faces anything, with the shapes N of whole edges: parabolas where these have three nodes. The integrals are
 sums over intervals of s between all ends seen, and all crossings of two parts, by Gauss' rule of four points, which is
 exact. Where a point faces less than the part b = 0.005 of its area a, the other side is farther off by
-0.02 h (1 - sqrt(a/b))^2, with the longest part h there.
+0.02 h (1 - sqrt(a/b))^2, with the longest part h that ends there, or way to another corner.
 """
 
 from __future__ import annotations
@@ -139,15 +139,15 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
 
 
 def farther(x: Floats, at: Ints, part: Floats) -> Floats:
-    """How much farther off (p,) what points face is, with corners x (l, k, d) of what is around points ``at`` (l, k).
+    """How much farther off (p,) what points face is, with corners x (l, k, d) around points ``at`` (l, k).
 
     >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([1.25e-3, 1.0])).tolist()
     [0.025, 0.0]
     """
     longest = np.zeros(len(part))
     for corners, points_there in zip(x, at, strict=True):
-        size = max(float(np.linalg.norm(a - b)) for a in corners for b in corners)
-        longest[points_there] = np.maximum(longest[points_there], size)
+        for corner, p in zip(corners, points_there, strict=True):
+            longest[p] = max(longest[p], *(float(np.linalg.norm(corner - other)) for other in corners))
     return 0.02 * longest * np.maximum(1 - np.sqrt(part / 0.005), 0.0) ** 2
 
 
