@@ -101,7 +101,7 @@ def apart(mesh: Mesh) -> dict[str, Mesh]:
 
     >>> from bipot.meshes.sections import block
     >>> apart(together({"one": block(1.0, 1.0, 1, 1), "other": block(2.0, 1.0, 2, 1)}))["other"]
-    Mesh(2 Q4 elements, 6 nodes; boundaries base, left, right, top; regions none)
+    Mesh(2 Q4 elements, 6 nodes; boundaries base, left, right, top)
     """
     require_type(mesh, Mesh, "mesh")
     require(bool(mesh.connected.any()), "mesh", mesh, "of several parts")
