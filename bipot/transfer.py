@@ -101,7 +101,7 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
     settled, moved = after.rest(), 0.0
     for name in old:
         released = _released(onto, new[name])
-        balanced = _drawn_anew(_of(state, old[name]), _released(scene, old[name]), released, control)
+        balanced = _drawn_anew(_of(state, old[name]), _released(scene, old[name]), released, control, name)
         settled = _with(settled, balanced, new[name])
         moved = max(moved, float(norm(balanced.nodes - released.mesh.nodes).max()) / onto.mesh.size)
     had, has = _mean(before, state), _mean(after, settled)
@@ -143,10 +143,10 @@ def _with(whole: State, own: State, part: Part) -> State:
     return replace(whole, **fields)
 
 
-def _drawn_anew(state: State, scene: Scene, onto: Scene, control: Control) -> State:
-    """The state of one connected body on another mesh, in balance there."""
+def _drawn_anew(state: State, scene: Scene, onto: Scene, control: Control, part: str) -> State:
+    """The state of one connected body, or of a ``part`` of one, on another mesh, in balance there."""
     before, after = system_of(scene), system_of(onto)
-    _require_drawn(before, state.nodes, after, _volume(after, onto.mesh.nodes) / _volume(before, state.nodes) - 1)
+    _require_drawn(before, state.nodes, after, f"onto.mesh, part {part!r}" if part else "onto.mesh")
     *_, balanced = march(onto, Schedule(1), control, start=_mapped(state, before, after))
     return balanced.state
 
@@ -184,8 +184,8 @@ def _longest(mesh: Mesh, nodes: Floats) -> float:
     return float(norm(np.ptp(nodes[mesh.elements], axis=1)).max())
 
 
-def _require_drawn(before: System, nodes: Floats, after: System, volume: float) -> None:
-    """Require that the new mesh at rest is the old one at its ``nodes`` (a, d), whose volume it changes by ``volume``.
+def _require_drawn(before: System, nodes: Floats, after: System, what: str) -> None:
+    """Require that the new mesh at rest, ``what`` in words, is the old one at its ``nodes`` (a, d).
 
     No integration point of either may be farther from all of the other's, of the same part, than its elements are long.
     """
@@ -193,15 +193,16 @@ def _require_drawn(before: System, nodes: Floats, after: System, volume: float) 
     from scipy.spatial import cKDTree
 
     old, new = before.body.scene.mesh, after.body.scene.mesh
-    had = _volume(before, nodes)
+    named, given = ({*system.body.scene.parts} for system in (before, after))
+    require(named == given, f"{what}: its parts of one material", [*given], f"{[*named]}, as in the other scene")
+    had, has = _volume(before, nodes), _volume(after, new.nodes)
     allowed = f"the deformed body's, {had:.6g}, to {DRAWN:g} of it"
-    require(abs(volume) <= DRAWN, "onto.mesh: its volume", had * (1 + volume), allowed)
+    require(abs(has / had - 1) <= DRAWN, f"{what}: its volume", has, allowed)
     asked, found = (np.stack([x.min(axis=0), x.max(axis=0)]) for x in (nodes, new.nodes))
     shown = [[float(f"{place:.6g}") for place in corner] for corner in asked.tolist()]
     allowed = f"the deformed body's, {shown}, to {DRAWN:g} of its size"
-    require(
-        max_abs(found - asked) <= DRAWN * new.size, "onto.mesh: its least and largest places", found.tolist(), allowed
-    )
+    off = max_abs(found - asked)
+    require(off <= DRAWN * new.size, f"{what}: its least and largest places", found.tolist(), allowed)
     points = _points(before, nodes), _points(after, new.nodes)
     reach = max(_longest(old, nodes), _longest(new, new.nodes))
     allowed = f"at most {reach:.3g}, the length of an element: is it another shape?"
@@ -210,7 +211,7 @@ def _require_drawn(before: System, nodes: Floats, after: System, volume: float) 
         one, other = (x.reshape(-1, new.dimension) for x in each)
         far = max(float(cKDTree(a).query(b)[0].max()) for a, b in ((one, other), (other, one)))
         whose = f"region {name!r}" if name else "all"
-        require(far <= reach, f"onto.mesh: distance of a point from {whose} of the deformed body's", far, allowed)
+        require(far <= reach, f"{what}: distance of a point from {whose} of the deformed body's", far, allowed)
 
 
 def _mapped(state: State, before: System, after: System) -> State:

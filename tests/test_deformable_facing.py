@@ -1,8 +1,13 @@
 """What faces what, and what goes through it, by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from bipot import DeformableTool, Geometry, Prescribed, Scene, Support, block, together
 from bipot.tools.pieces import crossed, pieces
+from tests.deformable import ELASTIC, shifted
+from tests.scenes import refused
 
 
 def test_a_node_that_goes_through_an_edge_is_found():
@@ -30,3 +35,15 @@ def test_what_is_behind_another_edge_faces_nothing():
     np.testing.assert_allclose(found.lowest, np.where(found.other == 0, 0.1, 0.5))
     inclined = pieces(nodes, one, np.array([[6, 7]]), False)
     np.testing.assert_allclose(inclined.lowest, [-0.1])
+
+
+def test_sides_that_are_deep_in_each_other_at_rest_are_refused():
+    """A corner is in the slope below it, along its left side by a third of an edge, beside means that are all open."""
+    low, up = block(1.0, 0.55, 2, 1), shifted(block(0.8, 0.5, 1, 3), 0.2, 0.0)
+    arched, leaning = low.nodes.copy(), up.nodes.copy()
+    arched[:, 1] += np.select([low.nodes[:, 0] < 0.3, low.nodes[:, 0] < 0.7], [-0.15, -0.305], -0.32)
+    leaning[:, 1] += 0.342 - 0.11 * up.nodes[:, 0]
+    mesh = together({"low": replace(low, nodes=arched), "up": replace(up, nodes=leaning)})
+    tool = DeformableTool(("low/top",), ("up/base", "up/left"), 0.2)
+    supports = Support("low/base", 0), Support("low/base", 1), Support("up/top", 0), Prescribed("up/top", 1, -0.01)
+    refused(lambda: Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, supports, (tool,)), r"not 0\.05.* in it beside nodes")

@@ -28,8 +28,8 @@ from studies.fuzz.scenes import draw
 from studies.fuzz.unfolded import unfolded
 from studies.fuzz.variants import variants
 from studies.fuzz.whole import misstated
+from studies.independent.candidates import Contacts
 from studies.independent.contact import point_stiffness
-from studies.independent.data import Contacts
 from studies.independent.increment import measure
 from studies.independent.sampling import around_ends
 from tests.scenes import PLANES, with_course

@@ -116,4 +116,10 @@ def test_what_does_not_fit_is_refused():
     )
     refused(lambda: transferred(state, first, other), r"onto.mesh: its parts.*slug")
     wider = replace(left["punch"], nodes=left["punch"].nodes * [1.05, 1.0])
-    refused(lambda: transferred(state, first, scene({**left, "punch": wider}, 0.5)), "its volume")
+    refused(lambda: transferred(state, first, scene({**left, "punch": wider}, 0.5)), "part 'punch': its volume")
+    core = [
+        replace(one, mesh=replace(one.mesh, regions={**one.mesh.regions, "core": [k]}))
+        for one, k in ((first, 0), (onto, 23))
+    ]
+    core = [replace(one, regions={**one.regions, "core": STEEL}) for one in core]
+    refused(lambda: transferred(state, *core), "its parts of one material")

@@ -9,12 +9,11 @@ import numpy as np
 
 from bipot.errors import Refused
 from bipot.iterate import Iterate
-from bipot.meshes.mesh import Mesh
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.facing import crossed, deep
 from bipot.tools.passing import faces_crossed
 from bipot.tools.plane import area_of
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 
 FINER = "Refine the mesh there, or make the finer side the candidates."
 
@@ -26,30 +25,27 @@ def refuse_passed(iterate: Iterate) -> None:
     for k, tool in enumerate(scene.tools):
         if not isinstance(tool, DeformableTool):
             continue
-        for mine, its in ((tool.candidates, tool.surface), (tool.surface, tool.candidates)):
-            behind = volumes[scene.mesh.owners(*its)]
-            through = _passed(scene.mesh, before, after, (mine, its), behind)
+        one, other = tool.sides.one, tool.sides.other
+        for mine, its, names in ((one, other, tool.surface), (other, one, tool.candidates)):
+            through = _passed(before, after, mine, its, volumes[scene.mesh.owners(*names)])
             if through is not None:
                 advice = "Use more increments: they are too long for what they press."
                 raise Refused(f"{through} at tools[{k}]", advice, too_far=True)
-            depth = deep(after, scene.mesh.around(*mine), scene.mesh.around(*its), scene.ring)
+            depth = deep(after, mine, its, scene.ring)
             if depth > 0:
                 raise Refused(f"the sides of tools[{k}] overlap by {depth:.2g}, much beside their edges", FINER)
 
 
-def _passed(
-    mesh: Mesh, before: Floats, after: Floats, sides: tuple[tuple[str, ...], tuple[str, ...]], behind: Floats
-) -> str | None:
-    """What goes through a facet of the other of two ``sides``, with volumes ``behind`` (f,), in words; None if nothing.
+def _passed(before: Floats, after: Floats, mine: Ints, its: Ints, behind: Floats) -> str | None:
+    """What of the facets ``mine`` (f, n) goes through ``its`` (g, n), in words; None if nothing.
 
-    Nodes go straight from ``before`` to ``after`` (a, d).
+    Nodes go straight from ``before`` to ``after`` (a, d). Elements at the latter have the volumes ``behind`` (g,).
     """
-    mine, its = sides
-    facets = mesh.around(*its)
-    node = crossed(before, after, mesh.boundary_nodes(*mine), facets, behind)
+    space = before.shape[1] == 3
+    node = crossed(before, after, np.unique(mine), its, behind)
     if node is not None:
-        return f"node {node[0]} goes through the {'edge' if mesh.dimension == 2 else 'face'} of nodes {node[1]}"
-    face = faces_crossed(before, after, mesh.around(*mine), facets, behind) if mesh.dimension == 3 else None
+        return f"node {node[0]} goes through the {'face' if space else 'edge'} of nodes {node[1]}"
+    face = faces_crossed(before, after, mine, its, behind) if space else None
     return None if face is None else f"the face of nodes {face[0]} goes through that of nodes {face[1]}"
 
 

@@ -50,7 +50,7 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
         if isinstance(tool, DeformableTool):
-            one, other = (scene.mesh.around(*names) for names in (tool.candidates, tool.surface))
+            one, other = tool.sides.one, tool.sides.other
             for sides in ((one, other), (other, one)):
                 deepest = max(deepest, -lowest(nodes, *sides, scene.ring))
             continue

@@ -1,9 +1,9 @@
 r"""Contact of two boundaries of one mesh: means of the gap between them, and of their relative motion.
 
 Boundaries are polygons through their nodes, with two straight parts of an edge that has a node in the middle, and four
-triangles of a triangle in space that has three. Points p
-are the nodes of the boundary that may touch, with the hat functions psi_p that are linear along each of these parts.
-Seen along the normal of such a part, a place x of it faces the place y(x) on the other boundary, and
+triangles of a triangle in space that has three. Points p are the nodes of the boundary that may touch, with the hat
+functions psi_p that are linear along each of these parts. Seen along the normal of such a part, a place x of it faces
+the place y(x) on the other boundary, and
 
     z_p = sum_k D_pk x_k - sum_l M_pl y_l,    D_pk = int psi_p N_k dA / int psi_p dA,    M_pl likewise with N_l(y(x)),
 
@@ -43,7 +43,7 @@ CREASE = 0.5
 
 ROUND, FILLET = 5e-3, 0.02
 """Part of its area that faces the other side below which a point is at its rounded end, and how deep this is rounded,
-over the longest edge there."""
+over the longest edge or diagonal from there."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,8 @@ from studies.fuzz.placed import (
 from studies.fuzz.points import Points, edges_of, points_of
 from studies.fuzz.riding import ridden
 from studies.fuzz.surfaces import outlines
-from studies.independent.data import Contacts, Curved, Setting
+from studies.independent.candidates import Contacts, Curved
+from studies.independent.data import Setting
 from studies.independent.element import place
 from studies.independent.riding import Ridden
 from studies.independent.sampling import Parts

@@ -23,7 +23,7 @@ from studies.fuzz.claims import Claim, claim_of, refuted
 from studies.fuzz.placed import drives
 from studies.fuzz.record import forces_by_node, idle, is_round_off, reported_unique, setting_of, step_of
 from studies.fuzz.regional import draw_regional
-from studies.fuzz.row import Outcome, Row, ended
+from studies.fuzz.row import Outcome, Row, concluded, ended
 from studies.fuzz.scenes import Drawn, draw
 from studies.fuzz.shaped import draw_shaped
 from studies.fuzz.turned import turned
@@ -278,19 +278,14 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
                 for name, off in zip(("whole tools' forces", "energies"), whole, strict=True)
                 if not off <= DISAGREEMENT
             ]
-    if wrong:
-        outcome, reason = Outcome.WRONG, "; ".join(wrong[:6])
-    elif base.reason:
-        outcome, reason = Outcome.REFUSED, base.reason
-    else:
-        outcome, reason = Outcome.CERTIFIED, f"energy error {energy_error(all_measures):.1e}"
-        reason += f", displacements differ by {moved:.1e}" if moved > DISAGREEMENT else ""
-    return replace(
+    said = f"energy error {energy_error(all_measures):.1e}"
+    return concluded(
         row,
-        outcome=outcome,
-        reason=reason,
+        wrong,
+        base.reason,
+        said + (f", displacements differ by {moved:.1e}" if moved > DISAGREEMENT else ""),
         increments=len(base.steps),
-        worst_residual=max((m.equilibrium for m in all_measures), default=0.0),
-        worst_law=max((m.law for m in all_measures), default=0.0) if exact else float("nan"),
-        worst_disagreement=worst,
+        residuals=[m.equilibrium for m in all_measures],
+        laws=[m.law for m in all_measures] if exact else [float("nan")],
+        disagreement=worst,
     )

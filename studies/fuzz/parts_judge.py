@@ -21,9 +21,10 @@ from studies.fuzz.parts import View, draw_parts, views
 from studies.fuzz.parts_held import carried
 from studies.fuzz.parts_stated import deeper, misstated, unspent
 from studies.fuzz.record import IN_PLANE, reported_unique, setting_of, step_at
-from studies.fuzz.row import Outcome, Row, ended
+from studies.fuzz.row import Row, concluded, ended
 from studies.fuzz.scenes import Drawn
-from studies.independent.data import Contacts, Setting
+from studies.independent.candidates import Contacts
+from studies.independent.data import Setting
 from studies.independent.facing import Seen, seen
 from studies.independent.increment import Measures, measure
 
@@ -185,18 +186,13 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         wrong += [f"{where}: {what}" for what in wrong_in(other, measured(other))[:1]]
         if not force <= DISAGREEMENT:
             wrong.append(f"{where}: forces differ by {force:.1e}")
-    if wrong:
-        outcome, reason = Outcome.WRONG, "; ".join(wrong[:6])
-    elif base.reason:
-        outcome, reason = Outcome.REFUSED, base.reason
-    else:
-        outcome, reason = Outcome.CERTIFIED, f"energy error {energy_error(found):.1e}"
-    return replace(
+    return concluded(
         row,
-        outcome=outcome,
-        reason=reason,
+        wrong,
+        base.reason,
+        f"energy error {energy_error(found):.1e}",
         increments=len(base.steps),
-        worst_residual=max((m.equilibrium for m in found), default=0.0),
-        worst_law=max((m.law for m in found), default=0.0),
-        worst_disagreement=worst,
+        residuals=[m.equilibrium for m in found],
+        laws=[m.law for m in found],
+        disagreement=worst,
     )

@@ -15,7 +15,8 @@ from studies.fuzz.balance import BALANCED, SUMS
 from studies.fuzz.parts_held import parts_of
 from studies.fuzz.record import loads_at
 from studies.fuzz.whole import LEAST, energies, images
-from studies.independent.data import EPS, Contacts, Setting, mandel_to_full
+from studies.independent.candidates import Contacts
+from studies.independent.data import EPS, Setting, mandel_to_full
 from studies.independent.element import element_forces, place
 from studies.independent.increment import Measures
 

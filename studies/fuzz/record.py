@@ -21,8 +21,9 @@ from studies.fuzz.metals import moduli, yield_stress_of
 from studies.fuzz.placed import held_by, led_of, planes, prescribed_at, tools_gone
 from studies.fuzz.points import held_nodes, posed
 from studies.independent.between import surface_of
+from studies.independent.candidates import Contacts
 from studies.independent.contact import TOUCHING
-from studies.independent.data import Contacts, Moment, Setting, Step, mandel_to_full
+from studies.independent.data import Moment, Setting, Step, mandel_to_full
 from studies.independent.loads import Applied, nodal_loads
 from studies.independent.tools import Rigid
 

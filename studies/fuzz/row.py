@@ -9,7 +9,7 @@ import os
 import time
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from enum import Enum
 from pathlib import Path
@@ -61,6 +61,35 @@ def ended(known: Iterator[Row]) -> Row:
         outcome = Outcome.WARNING if isinstance(error, Warning) else Outcome.RAW
         row = replace(row, outcome=outcome, reason=f"{type(error).__name__}: {error}")
     return replace(row, seconds=time.perf_counter() - began)
+
+
+def concluded(
+    row: Row,
+    wrong: Sequence[str],
+    refused: str,
+    certified: str,
+    *,
+    increments: int,
+    residuals: Iterable[float],
+    laws: Iterable[float],
+    disagreement: float,
+) -> Row:
+    """The row of a scene: by what is ``wrong``, why its march was ``refused``, or what is said of a certified one."""
+    if wrong:
+        outcome, reason = Outcome.WRONG, "; ".join(wrong[:6])
+    elif refused:
+        outcome, reason = Outcome.REFUSED, refused
+    else:
+        outcome, reason = Outcome.CERTIFIED, certified
+    return replace(
+        row,
+        outcome=outcome,
+        reason=reason,
+        increments=increments,
+        worst_residual=max(residuals, default=0.0),
+        worst_law=max(laws, default=0.0),
+        worst_disagreement=disagreement,
+    )
 
 
 HEADER = [f.name for f in fields(Row)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -16,7 +15,7 @@ from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, known, run
 from studies.fuzz.metals import bulk_and_shear
 from studies.fuzz.record import reported_unique
 from studies.fuzz.regional import draw_solid_regional
-from studies.fuzz.row import Outcome, Row, ended
+from studies.fuzz.row import Row, concluded, ended
 from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid_claims import refuted
 from studies.fuzz.solid_contacts import touching
@@ -177,14 +176,14 @@ def judged(row: Row, drawn: Drawn, others: list[SolidVariant]) -> Row:
         wrong += [f"{seen.name}: {what}" for what in faults(other, exact)[0][:1]]
         if not off <= DISAGREEMENT:
             wrong.append(f"{seen.name}: forces differ by {off:.1e}")
-    outcome = Outcome.WRONG if wrong else Outcome.REFUSED if base.reason else Outcome.CERTIFIED
     error = abs(base.steps[-1].energies.energy_error) if base.steps else 0.0
-    return replace(
+    return concluded(
         row,
-        outcome=outcome,
-        reason="; ".join(wrong[:6]) or base.reason or f"energy error {error:.1e}",
+        wrong,
+        base.reason,
+        f"energy error {error:.1e}",
         increments=len(base.steps),
-        worst_residual=max((m.equilibrium for m in found), default=0.0),
-        worst_law=max((m.disc for m in found), default=0.0) if exact else float("nan"),
-        worst_disagreement=worst,
+        residuals=[m.equilibrium for m in found],
+        laws=[m.disc for m in found] if exact else [float("nan")],
+        disagreement=worst,
     )

@@ -7,7 +7,6 @@ moments on each part are looked at, and the work of supports is a sum of its own
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -20,7 +19,7 @@ from studies.fuzz.balance import BALANCED, SUMS
 from studies.fuzz.judge import DISAGREEMENT, Ran, known, run
 from studies.fuzz.parts_held import parts_of
 from studies.fuzz.record import reported_unique
-from studies.fuzz.row import Outcome, Row, ended
+from studies.fuzz.row import Row, concluded, ended
 from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid import BLURRED, broken, excuses
 from studies.fuzz.solid_held import freed, prescribed_at
@@ -131,14 +130,14 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         wrong += [f"{seen.name}: {what}" for what in faults(other)[0][:1]]
         if not off <= DISAGREEMENT:
             wrong.append(f"{seen.name}, {count} increments: forces differ by {off:.1e}")
-    outcome = Outcome.WRONG if wrong else Outcome.REFUSED if base.reason else Outcome.CERTIFIED
     error = abs(base.steps[-1].energies.energy_error) if base.steps else 0.0
-    return replace(
+    return concluded(
         row,
-        outcome=outcome,
-        reason="; ".join(wrong[:6]) or base.reason or f"energy error {error:.1e}",
+        wrong,
+        base.reason,
+        f"energy error {error:.1e}",
         increments=len(base.steps),
-        worst_residual=max((m.equilibrium for m in found), default=0.0),
-        worst_law=max((m.disc for m in found), default=0.0),
-        worst_disagreement=worst,
+        residuals=[m.equilibrium for m in found],
+        laws=[m.disc for m in found],
+        disagreement=worst,
     )

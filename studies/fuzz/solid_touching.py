@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from bipot.typing import Bools, Floats, Ints, einsum
+from studies.independent.candidates import CARRIES
 from studies.independent.contact import HOLDS, touching_part
-from studies.independent.data import CARRIES
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.independent.data import CARRIES, Bools, Contacts, Floats, Setting, Step, beyond
+from studies.independent.candidates import CARRIES, Contacts
+from studies.independent.data import Bools, Floats, Setting, Step, beyond
 from studies.independent.element import Placed, nodal_stiffness
 
 EPS = 8 * float(np.finfo(np.float64).eps)

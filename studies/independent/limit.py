@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 
+from studies.independent.candidates import Contacts
 from studies.independent.collapse import FEW, HARDENED, Pressed, Proof, Worked, closing, rigid, spent, ways_of
-from studies.independent.data import Bools, Contacts, Floats, Led, Setting
+from studies.independent.data import Bools, Floats, Led, Setting
 from studies.independent.element import displacement_gradient, place
 from studies.independent.volume import fitted
 

@@ -21,8 +21,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from studies.independent.candidates import CARRIES
 from studies.independent.contact import HOLDS, TOUCHING
-from studies.independent.data import CARRIES
 from studies.independent.element import Bools, Floats, Ints
 
 SAME, TINY = 1e-9, 1e-300
