@@ -16,8 +16,9 @@ from bipot.forms.posed import solved
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram, couple, polish
 from bipot.programs.data import Block, ContactRows, Term, Units
-from bipot.programs.newton import Linearised
+from bipot.programs.newton import Linearised, Model
 from bipot.programs.terms import ContactTerms
+from tests.newton_models import rows_of
 from tests.scenes import plastic_strain, posed
 
 TIGHT = Accuracy(1e-11)
@@ -146,6 +147,18 @@ def complementarity(program, u, r):
     motion = rows.motion(u)
     stationarity = np.abs(program.K @ u - program.f - rows.forces(r)).max()
     return max(np.abs(np.minimum(r[:, 0], motion[:, 0])).max(), stationarity)
+
+
+@pytest.mark.parametrize("tangents", [1, 2])
+def test_a_slip_that_turns_back_ends(tangents: int) -> None:
+    """Beside stiff unknowns a contact's own motion counts for much: what sticks looks as if it slid, to and fro."""
+    normal, *along = np.eye(2 + tangents)[: 1 + tangents]
+    rows = rows_of(normal[None], np.array(along), np.zeros(1), np.zeros(tangents), 0.3)
+    model = Model(np.diag([*np.ones(1 + tangents), 1e8]), np.array([-1.0, *[0.1] * tangents, 0.0]), rows)
+    found = couple(model, np.array([0.0, *[-1e-3] * tangents, 0.0]), np.array([[1.0, *[0.0] * tangents]]))
+    assert found is not None
+    np.testing.assert_allclose(found[0], 0.0, atol=1e-14)
+    np.testing.assert_allclose(found[1], [[1.0, *[-0.1] * tangents]], atol=1e-12)
 
 
 def test_couple_finds_exact_coulomb_on_the_quadratic_model():

@@ -10,7 +10,7 @@ Where friction is capped, min(mu r_n, cap) stands for mu r_n: a fixed radius whe
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, NamedTuple, TypeVar
 
@@ -22,8 +22,8 @@ from bipot.programs.data import ContactRows
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, times
 
-ALIKE = 1e-9
-"""Angle between directions of slip that are the same."""
+ALIKE, BACK = 1e-9, -0.5
+"""Angle between directions of slip that are the same, and cosine of the angle below which one has turned back."""
 
 
 class Measured(NamedTuple):
@@ -94,13 +94,29 @@ class Pieces:
         shrink = np.where(rows.dragged, np.minimum(radius / safe, 1.0), radius / safe)
         return Pieces(closed, DiscSlope(slides, y / safe[:, None], shrink), mu, fixed, scale)
 
+    def steadied(self, last: object, rows: ContactRows) -> Pieces:
+        """The pieces for a step after one with the pieces ``last``: a slip that has turned back sticks in between.
+
+        Newton's step does not see that a slip may end: one that the law wants to stick would go to and fro for ever.
+        """
+        if not isinstance(last, Pieces):
+            return self
+        ours, theirs = self.disc, last.disc
+        back = np.vecdot(ours.direction, theirs.direction) < BACK
+        back &= self._slip & last._slip & ~rows.dragged
+        return replace(self, disc=replace(ours, slides=ours.slides & ~back)) if back.any() else self
+
+    @property
+    def _slip(self) -> Bools:
+        """Which contacts (c,) slip against friction."""
+        return (self.closed | (self.fixed > 0)) & self.disc.slides & (self.mu + self.fixed > 0)
+
     def same(self, other: object, turn: float = ALIKE) -> bool:
         """Whether both are the same linear law, except that directions of slip may differ by less than ``turn``."""
         if not isinstance(other, Pieces):
             return False
-        ours, theirs = self.disc, other.disc
+        ours, theirs, slip = self.disc, other.disc, self._slip
         matters = self.closed | (self.fixed > 0)
-        slip = matters & ours.slides & (self.mu + self.fixed > 0)
         return (
             np.array_equal(self.closed, other.closed)
             and np.array_equal(ours.slides[matters], theirs.slides[matters])
@@ -209,6 +225,10 @@ class Mapped:
     def value(self, motion: Floats, r: Floats, weight: float = 1.0) -> Floats:
         """What must vanish (c, d), where it was linearised; forces and motions are not told apart in it."""
         return self.miss
+
+    def steadied(self, last: object, rows: ContactRows) -> Mapped:
+        """Itself: see :meth:`Pieces.steadied`."""
+        return self
 
     def same(self, other: object, turn: float = ALIKE) -> bool:
         """Whether the derivatives by force, which are of order one, differ by less than ``turn``."""
