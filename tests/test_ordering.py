@@ -4,6 +4,7 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Newton
@@ -13,9 +14,10 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import upsetting
 from bipot.programs import factors, ordering
 from bipot.programs.factors import Pardiso, SuperLU
-from bipot.programs.frames import Frames
+from bipot.programs.frames import Frames, Touched
 from bipot.programs.ordering import Pattern, dissection, minimum_degree
 from studies.accuracy.block_alone import scene_of
+from tests.deformable import pressed
 
 
 def posed(elements):
@@ -70,6 +72,27 @@ def test_a_march_in_another_order_has_the_same_answer(monkeypatch: pytest.Monkey
         forces.append([a.solved.r for a in march(scene, schedule, Control(Newton(), ()))][-1])
     assert not np.array_equal(*forces)
     np.testing.assert_allclose(*forces, atol=1e-9 * np.abs(forces[0]).max())
+
+
+class Filling(SuperLU):
+    """SuperLU that counts the entries of its factors."""
+
+    most = 0
+
+    def factorise(self, transpose, panel):
+        found = super().factorise(transpose, panel)
+        object.__setattr__(self, "most", max(self.most, fill(found)))
+        return found
+
+
+def test_unknowns_of_parts_that_contact_couples_count_as_neighbours(monkeypatch: pytest.MonkeyPatch):
+    found = []
+    for coupled in (Touched.coupled, lambda self, n: sp.csc_matrix((n, n))):
+        monkeypatch.setattr(Touched, "coupled", coupled)
+        solver = Filling()
+        next(march(pressed(elements=16, press=0.01), Schedule(1), Control(Newton(linear=solver), ())))
+        found.append(solver.most)
+    assert found[0] < 0.8 * found[1]
 
 
 PARDISO = pytest.mark.skipif(find_spec("pypardiso") is None, reason="pypardiso is not installed")

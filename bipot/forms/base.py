@@ -103,7 +103,7 @@ class Cache:
     def _ordered(self, iterate: Iterate) -> Pattern:
         """The run's stiffness pattern in its order of elimination."""
         if self._pattern is None:
-            self._pattern = ordered(iterate.increment.system.body.space)
+            self._pattern = ordered(iterate.increment.system.body.space, iterate.rows)
         return self._pattern
 
 

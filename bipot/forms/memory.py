@@ -11,7 +11,8 @@ from bipot.contact.closeness import carries
 from bipot.fem.assembly import Space
 from bipot.fem.strain import Scratch
 from bipot.iterate import Increment
-from bipot.programs.frames import SOFTENED, Frames
+from bipot.programs.data import ContactRows
+from bipot.programs.frames import SOFTENED, Frames, Touched
 from bipot.programs.ordering import Pattern
 from bipot.state import State
 from bipot.system import System
@@ -27,12 +28,17 @@ FASTER = 1.05
 """Ratio of the velocities of two increments above which a maximum of the load is inferred."""
 
 
-def ordered(space: Space) -> Pattern:
-    """The stiffness pattern of a body in its order of elimination, chosen by the places of nodes at rest."""
+def ordered(space: Space, rows: ContactRows | None = None) -> Pattern:
+    """The stiffness pattern of a body in its order of elimination, chosen by the places of nodes at rest.
+
+    Unknowns that contacts couple, as those of two parts, count as neighbours where contact ``rows`` are given.
+    """
     nodes = space.mesh.nodes
     places = np.full((space.size, nodes.shape[1]), np.nan)
     places[: len(space.free)] = np.repeat(nodes, nodes.shape[1], axis=0)[space.free]
-    return Pattern.of(space.indices, space.indptr, places)
+    return Pattern.of(
+        space.indices, space.indptr, places, None if rows is None else Touched.of(rows).coupled(space.size)
+    )
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from bipot.programs.data import ContactRows
 from bipot.programs.factors import Factor, LinearSolver
@@ -103,6 +104,11 @@ class Touched:
         """Contacts (c,) with at most d unknowns, none of which another contact touches."""
         shared = np.bincount(self.contact, np.bincount(self.dof, minlength=n)[self.dof] > 1, self.count)
         return (shared == 0) & (np.bincount(self.contact, minlength=self.count) <= self.column.shape[1])
+
+    def coupled(self, n: int) -> sp.csc_matrix:
+        """The pattern (n, n) of pairs of unknowns that one contact touches."""
+        touches = sp.csr_matrix((np.ones(len(self.dof)), (self.contact, self.dof)), shape=(self.count, n))
+        return sp.csc_matrix(touches.T @ touches)
 
     def frames(self, chosen: Bools, n: int) -> tuple[Ints, Floats, Bools]:
         """Own unknowns (c, d) of ``chosen`` contacts (c,), padded with n, frames T (c, d, d), and who owns any (c,).

@@ -93,14 +93,28 @@ class Pattern:
     panel: int = 1
 
     @staticmethod
-    def of(indices: NDArray[np.integer], indptr: NDArray[np.integer], places: Floats | None = None) -> Pattern:
-        """Order the CSC pattern by minimum degree, a large one by nested dissection if ``places`` (n, d) are known."""
+    def of(
+        indices: NDArray[np.integer],
+        indptr: NDArray[np.integer],
+        places: Floats | None = None,
+        coupled: sp.csc_matrix | None = None,
+    ) -> Pattern:
+        """Order the CSC pattern by minimum degree, a large one by nested dissection if ``places`` (n, d) are known.
+
+        What is ``coupled`` (n, n) beside it, as by the forces between two parts, fills in later, which minimum degree
+        takes into account.
+        """
         n = len(indptr) - 1
         column = np.repeat(np.arange(n), np.diff(indptr))
         if places is None:
             return Pattern.ranked(indices, column, minimum_degree(indices, indptr))
         d = places.shape[1]
-        rank = dissection(indices, indptr, places) if n >= LARGE[d] else minimum_degree(indices, indptr)
+        if n >= LARGE[d]:
+            rank = dissection(indices, indptr, places)
+        else:
+            pattern = sp.csc_matrix((np.ones(len(indices)), indices, indptr), shape=(n, n))
+            whole = pattern if coupled is None else sp.csc_matrix(pattern + coupled)
+            rank = minimum_degree(whole.indices, whole.indptr)
         found = Pattern.ranked(indices, column, rank)
         return replace(found, placeless=int(np.isnan(places).any(axis=1).sum()), panel=PANEL[d])
 
