@@ -29,6 +29,7 @@ from scipy.linalg import null_space
 from bipot.basics.definite import definite
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Iterate
+from bipot.programs.condensation import touched
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm, unit
 from bipot.typing import Bools, Floats, Ints, einsum, max_abs
@@ -192,8 +193,9 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
     """
     chosen = np.flatnonzero(active.closed & here)
     rows, slip = iterate.rows.take(active.closed & here), iterate.motion[chosen, 1:]
+    rows = rows.columns(touched(rows, rows.size))
     normal, tangents = rows.G_n.toarray(), np.zeros((len(chosen), rows.tangents, rows.size))
-    tangents[rows.frictional] = rows.G_t.toarray().reshape(-1, *tangents.shape[1:])
+    tangents[rows.frictional] = rows.G_t.toarray().reshape(len(rows.frictional), *tangents.shape[1:])
     still = active.still[chosen]
     drag = np.where(still, 0.0, active.drag[chosen])[:, None] * unit(slip)
     pushes = normal - einsum("ct,ctn->cn", drag, tangents)
