@@ -7,7 +7,7 @@ bounds in the configuration of its own end.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bipot.checks.examined import Examined
@@ -15,7 +15,7 @@ from bipot.checks.passed import refuse_passed
 from bipot.coulomb.acceleration import Anderson, Past
 from bipot.errors import NotConverged
 from bipot.forms import Cache, Form
-from bipot.increment import Leave, Limits, Near, Observer, Solved, solve_increment
+from bipot.increment import Leave, LeftOff, Limits, Near, Observer, Solved, solve_increment
 from bipot.iterate import Increment
 from bipot.prediction import begin
 from bipot.typing import Floats
@@ -24,6 +24,9 @@ MOST, MIXED = 30, Anderson(depth=5, weight=1.0)
 """Configurations of one increment, and how the next one is mixed of the last."""
 
 FINER = "Use more increments, or refine the sides where one goes past an end of the other."
+
+ROUGH = 1e-3
+"""Error of an iterate that shows where nodes end: the next configuration follows, whose first pass is worth as much."""
 
 POSED = ("equilibrium", "tool_equilibrium", "yield_violation")
 """Measures of an answer of a form that poses another law."""
@@ -49,20 +52,45 @@ def solve_facing(
     if not increment.system.candidates.deformable:
         return solve_increment(increment, *given, near_to, leave)
     there = near_to.iterate if near_to else begin(_facing(increment, increment.start.nodes), cache.pace, limits.bounds)
-    nodes = there.nodes
-    passes, past = 0, Past()
+    nodes, passes, past = there.nodes, 0, Past()
     for _ in range(MOST):
-        solved = solve_increment(_facing(increment, nodes), *given, near_to, leave)
-        passes += solved.passes
-        ended = solved.iterate.nodes
-        here = Examined(_facing(increment, ended).at(solved.iterate.x), solved.r, largest, limits.bounds)
-        ratios = here.ratios()
-        if all(ratio <= 1 for name, ratio in ratios.items() if solved.posed is None or name in POSED):
-            refuse_passed(here.iterate)
-            return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
+        rough = _Rough(leave)
+        try:
+            solved = solve_increment(_facing(increment, nodes), *given, near_to, rough)
+        except LeftOff as left:
+            if rough.asked:
+                raise
+            solved, near, passes = None, left.near, passes + rough.passes
+        else:
+            near, passes = Near(solved.iterate, solved.r), passes + solved.passes
+        ended = near.iterate.nodes
+        near_to = Near(_facing(increment, ended).at(near.iterate.x), near.r)
+        if solved is not None:
+            here = Examined(near_to.iterate, near.r, largest, limits.bounds)
+            ratios = here.ratios()
+            if all(ratio <= 1 for name, ratio in ratios.items() if solved.posed is None or name in POSED):
+                refuse_passed(here.iterate)
+                return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
         past, mixed = MIXED.advance(past, nodes.ravel(), ended.ravel())
-        nodes, near_to = mixed.reshape(nodes.shape), Near(here.iterate, solved.r)
+        nodes = mixed.reshape(nodes.shape)
     raise NotConverged("deformable tools and the candidates before them do not rest", advice=FINER)
+
+
+@dataclass
+class _Rough:
+    """Decides to leave an increment to the next configuration; ``asked`` if it is others that ``leave`` it.
+
+    ``passes`` are those that were not accepted.
+    """
+
+    leave: Leave | None
+    asked: bool = False
+    passes: int = 0
+
+    def __call__(self, near: Near, error: float) -> bool:
+        """As a :data:`~bipot.increment.Leave`."""
+        self.asked, self.passes = self.leave is not None and self.leave(near, error), self.passes + 1
+        return self.asked or error <= ROUGH
 
 
 def _facing(increment: Increment, nodes: Floats) -> Increment:
