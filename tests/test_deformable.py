@@ -271,6 +271,7 @@ def test_what_does_not_fit_is_refused():
     refused(lambda: replace(scene, tools=(replace(tool, surface=("punch",)),)), r"tools\[0\]\.surface")
     refused(lambda: replace(tool, candidates=("punch/base",)), "other boundaries")
     refused(lambda: DeformableTool((), ("a",), 0.1), "at least one mesh boundary")
+    refused(lambda: replace(tool, met=3), "tool.met = 3")
     two = stack()
     upper = np.unique(two.mesh.elements[two.mesh.region("up")])
     deep = two.mesh.nodes.copy()

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import require, require_tuple
+from bipot.errors import require, require_tuple, require_type
 from bipot.meshes.mesh import Mesh
 from bipot.tools.facing import Sides
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
@@ -150,6 +150,7 @@ class DeformableTool(Tool):
     sampling = Sampling.NODES
 
     def __post_init__(self) -> None:
+        require_type(self.met, Nowhere, "tool.met")
         object.__setattr__(self, "travel", (0.0,) * self.met.dimension)
         object.__setattr__(self, "surface", require_tuple(self.surface, str, "tool.surface"))
         require(len(self.surface) > 0, "tool.surface", self.surface, "at least one mesh boundary")
