@@ -2,7 +2,7 @@
 
 Means and normals (:mod:`bipot.tools.facing`) of one configuration make an increment with flat tools, in every form. Its
 answer ends in another configuration; the increment is solved again with that, from there, until the answer meets all
-bounds in the configuration of its own end.
+bounds in the configuration of its own end. Until then an iterate near an answer shows as well where nodes end.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST, MIXED = 30, Anderson(depth=5, weight=1.0)
 FINER = "Use more increments, or refine the sides where one goes past an end of the other."
 
 ROUGH = 1e-3
-"""Error of an iterate that shows where nodes end: the next configuration follows, whose first pass is worth as much."""
+"""Error of an iterate that shows where nodes end: the next pass is in the next configuration."""
 
 POSED = ("equilibrium", "tool_equilibrium", "yield_violation")
 """Measures of an answer of a form that poses another law."""
