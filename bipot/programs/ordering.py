@@ -123,8 +123,8 @@ class Pattern:
         """The pattern of entries (nnz,), each given once; ``rank`` (n,) is the place of each unknown in the order."""
         n = len(rank)
         row, column = rank[row], rank[column]
-        # No two entries have the same number, so that the sort need not be stable.
-        by_row = np.argsort(row.astype(np.int64) * n + column)
+        # A stable sort is the fast one of entries in order and a few behind them, as of a matrix with a border.
+        by_row = np.argsort(row.astype(np.int64) * n + column, kind="stable")
         place = np.empty(len(by_row), dtype=np.intp)
         place[by_row] = np.arange(len(by_row))
         starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
