@@ -176,7 +176,7 @@ def test_resumed_where_calculix_is_its_rows_come_in(results, tmp_path, capsys):
     assert all(len(line) == len(head) for line in lines)
 
 
-@pytest.mark.parametrize("pace", [Pace(accuracy=1e-3), Pace(increments=40)])
+@pytest.mark.parametrize("pace", [Pace(accuracy=1e-3), Pace(increments=40), Pace(increments=4, plain=True)])
 def test_a_pace_is_told_by_its_words(pace):
     assert Pace.of(str(pace)) == pace
 

@@ -54,7 +54,7 @@ def schedule_of(job: Choice, marks: Sequence[float], reduction: float) -> Schedu
     pace, landings = Pace.of(job.schedule), tuple(mark / reduction for mark in marks if mark < reduction)
     if pace.accuracy:
         return Schedule(accuracy=pace.accuracy, landings=landings)
-    return Schedule(pace.increments, FIRST / reduction, landings=landings)
+    return Schedule(pace.increments, 0.0 if pace.plain else FIRST / reduction, landings=landings)
 
 
 @dataclass(frozen=True)

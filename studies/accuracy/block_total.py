@@ -32,6 +32,7 @@ from studies.tables import text, write_csv
 NAME, RATIOS, LIMITS = "block_total", "block_ratio.csv", "block_limits.csv"
 MARKS, FRICTION = (0.05, 0.10, 0.20, 0.30), 0.1
 PACE, COARSE = Pace(accuracy=1e-3), Pace(accuracy=1e-2)
+PACES = PACE, COARSE, Pace(increments=len(MARKS), plain=True)
 ALONE = "studies.accuracy.block_alone"
 
 
@@ -46,14 +47,17 @@ class BlockPlan(Plan):
 PLAN = BlockPlan(
     mus=(FRICTION,),
     own=(
-        Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE, COARSE)),
-        Series(SolidType.H20, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4), paces=(PACE, COARSE)),
-        Series(SolidType.H20P1, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4, 5), paces=(PACE, COARSE)),
+        Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=PACES),
+        Series(SolidType.H20, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4), paces=PACES),
+        Series(SolidType.H20P1, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4, 5), paces=PACES),
     ),
     foreign=(
-        Foreign("C3D8I", FACES, (2, 4, 6, 8), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D8I", FACES, (1, 2), (0.02, 0.05, 0.1), deck=BlockDeck),
+        Foreign("C3D8I", FACES, (4, 6, 8), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D8I", NODES, (1,), (0.1,), deck=BlockDeck),
         Foreign("C3D8I", NODES, (4,), (0.02,), deck=BlockDeck),
-        Foreign("C3D20R", FACES, (1, 2, 3), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D20R", FACES, (1, 2), (0.02, 0.05, 0.1), deck=BlockDeck),
+        Foreign("C3D20R", FACES, (3,), (0.02, 0.05), deck=BlockDeck),
         Foreign("C3D20R", FACES, (4,), (0.05,), deck=BlockDeck),
     ),
     repeats=3,

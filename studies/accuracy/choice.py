@@ -9,27 +9,30 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 OWN, FOREIGN = "bipot", "CalculiX"
-ACCURACY, INCREMENTS = "accuracy", "increments"
+ACCURACY, INCREMENTS, PLAIN = "accuracy", "increments", "plain"
 
 
 class Pace(NamedTuple):
-    """Increments of ``bipot``: by ``accuracy``, or where it is zero so many after a start-up.
+    """Increments of ``bipot``: by ``accuracy``, or where it is zero so many after a start-up, or without if ``plain``.
 
-    >>> Pace.of(str(Pace(accuracy=1e-3))), Pace.of(str(Pace(increments=40)))
-    (Pace(accuracy=0.001, increments=0), Pace(accuracy=0.0, increments=40))
+    >>> str(Pace(accuracy=1e-3)), str(Pace(increments=40)), Pace.of("4 plain increments")
+    ('accuracy 0.001', '40 increments', Pace(accuracy=0.0, increments=4, plain=True))
     """
 
     accuracy: float = 0.0
     increments: int = 0
+    plain: bool = False
 
     def __str__(self) -> str:
-        return f"{ACCURACY} {self.accuracy:g}" if self.accuracy else f"{self.increments} {INCREMENTS}"
+        if self.accuracy:
+            return f"{ACCURACY} {self.accuracy:g}"
+        return f"{self.increments} {PLAIN + ' ' if self.plain else ''}{INCREMENTS}"
 
     @classmethod
     def of(cls, words: str) -> Pace:
         """The one of which these are the words."""
-        first, second = words.split()
-        return cls(accuracy=float(second)) if first == ACCURACY else cls(increments=int(first))
+        first, *rest = words.split()
+        return cls(accuracy=float(rest[0])) if first == ACCURACY else cls(increments=int(first), plain=PLAIN in rest)
 
 
 @dataclass(frozen=True)
