@@ -21,27 +21,18 @@ error of some 1e-13 q/h, which is much where a parameter of that size hardly mat
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.beside import Beside, Tangent
 from bipot.control.accepted import Accepted
 from bipot.control.control import Control
-from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.errors import require, require_number, require_type
 from bipot.forms import Cache
-from bipot.forms.memory import Setup
-from bipot.forms.newton import factorised
-from bipot.forms.point import Law, Point
-from bipot.iterate import Increment, Iterate
 from bipot.marching import march
-from bipot.programs.factors import DEFAULT
-from bipot.programs.frames import Frames
-from bipot.programs.newton import Linearised
-from bipot.programs.pieces import Pieces
 from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
-from bipot.state import State
 from bipot.system import System, system_of
 from bipot.typing import Bools, EqualByNumbers, Floats, FrozenMap, Ints, max_abs, read_only
 
@@ -50,10 +41,6 @@ CHANGE = 1e-6
 
 LEAST = 1e-200
 """A change below this, or above its inverse, leaves no room for slopes among floats."""
-
-STEPS, ENOUGH = 12, 1e-6
-"""Most steps to a changed answer, and the part of the first step at which they end. Each step leaves a part of what the
-matrix leaves out: changes of caps of friction, and of ways through the air to tools that forces drive."""
 
 RESOLVED, LEFT = 1e-10, 1e-3
 """Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth; part
@@ -95,7 +82,7 @@ def sensitivities(
     Raises:
         SceneError: at once, a wrong type; no parameter, or one that is no finite number; scenes of other elements,
             supports, tools, candidates or kinds of these, or whose paths turn at other times; a material whose stress
-            is not returned; deformable tools; an accuracy or landings that are located, with which the increments
+            is not returned; an accuracy or landings that are located, with which the increments
             themselves change with the parameters. With an increment, a form of penalised contact.
         IncrementFailed: as of :func:`~bipot.marching.march`.
         ProgramError: nothing determines how the answer changes, as of a body that is held by nothing.
@@ -110,15 +97,13 @@ def sensitivities(
     require(control.locate is None, "control.locate", control.locate, allowed)
     at, changes = _changed(at, sizes)
     system = _system(scene_of, at, "scene_of(**at)")
-    allowed = "rigid: how what faces each other changes is not known"
-    require(not system.candidates.deformable, "scene_of(**at).tools", "deformable ones", allowed)
     material, allowed = system.body.scene.materials, "one whose stress is returned to the yield surface"
     require(not material.drifts, "material", material, allowed)
     others = {
         name: _system(scene_of, {**at, name: at[name] + h}, f"scene_of, {name} changed", system)
         for name, h in changes.items()
     }
-    same, beside = _Beside.of(system), {name: _Beside.of(other) for name, other in others.items()}
+    same, beside = Beside.of(system), {name: Beside.of(other) for name, other in others.items()}
     return _slopes(march(system.body.scene, schedule, control), same, beside, changes)
 
 
@@ -172,115 +157,18 @@ def _kinds(scene: Scene) -> tuple[object, ...]:
     return *body, *materials, tools
 
 
-class _Tangent(NamedTuple):
-    """An accepted increment: its unknowns, forces and matrix, and the ``fraction`` (e, q) of the flow carried on."""
-
-    tau: float
-    x: Floats
-    r: Floats
-    law: Law
-    here: Point
-    linearised: Linearised[Pieces]
-    fraction: Floats
-    setup: Setup
-
-    @staticmethod
-    def of(accepted: Accepted, cache: Cache) -> _Tangent:
-        """That of an ``accepted`` increment; raises ProgramError where nothing determines its changes."""
-        allowed = "one whose answers obey Coulomb's law itself, and not a penalised one"
-        require(accepted.solved.posed is None, "control.form", accepted.form.value, allowed)
-        if accepted.solved.undetermined:
-            raise ProgramError(f"nothing determines how the answer changes: {accepted.solved.undetermined[0]}")
-        iterate, r = accepted.solved.iterate, accepted.solved.r
-        setup, frames = cache.setup(iterate), cache.frames(iterate.increment.rows, iterate)
-        law = Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces))
-        here = law.point(iterate, r, None)
-        element = iterate.tangent(r, setup.scratch)
-        linearised = factorised(here, element, law.frames_at(iterate), setup, DEFAULT)
-        fraction = _carried(iterate, accepted.start)
-        return _Tangent(iterate.increment.tau, iterate.x, r, law, here, linearised, fraction, setup)
-
-    def at(self, other: Iterate) -> tuple[_Tangent, bool]:
-        """That of an ``other`` scene's iterate, and whether its contacts act on unknowns by the same rows.
-
-        Where these are on other unknowns, as at a lid that is tilted out of an axis, the matrix is made anew.
-        """
-        (row, unknown, _), (its, there, _) = self.here.iterate.rows.entries, other.rows.entries
-        if np.array_equal(row, its) and np.array_equal(unknown, there):
-            return self, True
-        frames = Frames.of(other.rows, self.setup.pattern)
-        law = replace(self.law, frames=frames)
-        here = law.at(other, self.r, self.here.pieces)
-        matrix = factorised(here, other.tangent(self.r, self.setup.scratch), frames, self.setup, DEFAULT)
-        return self._replace(law=law, linearised=matrix), set(row.tolist()) == set(its.tolist())
-
-
-def _carried(iterate: Iterate, start: State) -> Floats:
-    """The fraction (e, q) of the flow of the ``start`` that was carried on into an increment."""
-    if start.flow is None:
-        return np.zeros_like(start.peeq)
-    last, begun = start.flow.strain, iterate.increment.start.plastic_strain
-    square = np.vecdot(last, last)
-    return np.vecdot(begun - start.plastic_strain, last) / np.where(square > 0, square, 1.0)
-
-
-@dataclass
-class _Beside:
-    """A scene that goes along with the march, at its ``state``; what its tools bear and whether it is ``smooth``.
-
-    The last step to its answer ``left`` as much.
-    """
-
-    system: System
-    state: State
-    tool_forces: Floats = field(default_factory=lambda: np.zeros((0, 0)))
-    smooth: bool = True
-    left: float = 0.0
-
-    @staticmethod
-    def of(system: System) -> _Beside:
-        """At rest."""
-        return _Beside(system, system.rest())
-
-    def follow(self, tangent: _Tangent) -> None:
-        """Make the increment, by steps of Newton's method from the accepted answer, with its matrix."""
-        start, body = self.state, self.system.body
-        begun = start if start.flow is None else body.carried_on(start, start.flow.times(tangent.fraction))
-        increment = Increment(self.system, begun, tangent.tau, accepted=start)
-        end, forces, moves = increment.at(tangent.x), tangent.r, list[float]()
-        tangent, smooth = tangent.at(end)
-        # Until steps are small, or no longer fall: what is left is round-off.
-        while len(moves) < 2 or (len(moves) < STEPS and ENOUGH * moves[0] < moves[-1] < moves[-2] / 2):
-            point = tangent.law.point(end, forces, tangent.here.pieces)
-            frames = tangent.law.frames.turned(end.rows)
-            step = replace(tangent.linearised, frames=frames, pieces=point.pieces)
-            dx, new = step.step(end.residual, point.miss, forces)
-            end, forces = increment.at(end.x + dx), point.pieces.at_caps(np.where(point.pieces.none, 0.0, new))
-            smooth = smooth and _same(point.pieces, tangent.here.pieces)
-            moves.append(max_abs(dx))
-        self.tool_forces, self.smooth, self.left = end.tool_forces(forces), smooth, moves[-1]
-        self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
-
-
-def _same(one: Pieces, other: Pieces) -> bool:
-    """Whether contacts are on the same pieces: touching or not, and of those that touch stuck or sliding."""
-    closed = one.closed
-    slides = np.array_equal(one.disc.slides[closed], other.disc.slides[closed])
-    return slides and np.array_equal(closed, other.closed)
-
-
 def _slopes(
-    marched: Iterator[Accepted], same: _Beside, others: Mapping[str, _Beside], changes: Mapping[str, float]
+    marched: Iterator[Accepted], same: Beside, others: Mapping[str, Beside], changes: Mapping[str, float]
 ) -> Iterator[tuple[Accepted, FrozenMap[str, Slope]]]:
     cache = Cache()
     for accepted in marched:
-        tangent = _Tangent.of(accepted, cache)
+        tangent = Tangent.of(accepted, cache)
         for beside in (same, *others.values()):
             beside.follow(tangent)
         yield accepted, FrozenMap({name: _slope(same, other, changes[name]) for name, other in others.items()})
 
 
-def _slope(same: _Beside, other: _Beside, h: float) -> Slope:
+def _slope(same: Beside, other: Beside, h: float) -> Slope:
     """The slope by a parameter that is changed by ``h`` in the ``other`` scene."""
     (force, now), (changed, then) = ((beside.tool_forces, beside.state) for beside in (same, other))
     least, moved = RESOLVED * same.system.body.scene.size, max_abs(then.nodes - now.nodes)

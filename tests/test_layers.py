@@ -28,7 +28,7 @@ LAYERS = (
     ("increment",),
     ("energy",),
     ("control",),
-    ("exchange", "marching", "results"),
+    ("beside", "exchange", "marching", "results"),
     ("paper", "plot", "sensitivity", "transfer"),
     ("command",),
     ("__main__", "bipot"),

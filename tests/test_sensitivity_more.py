@@ -166,7 +166,7 @@ def test_an_answer_to_which_steps_have_not_come_is_not_resolved(monkeypatch):
 
     asked = scene_of, {"travel": -1.0}, Schedule(4, 0.02), EULER
     assert all(found["travel"].resolved for _, found in sensitivities(*asked))
-    monkeypatch.setattr("bipot.sensitivity.ENOUGH", 1.0)
+    monkeypatch.setattr("bipot.beside.ENOUGH", 1.0)
     monkeypatch.setattr("bipot.sensitivity.LEFT", 1e-5)
     assert not all(found["travel"].resolved for _, found in sensitivities(*asked))
 
@@ -175,7 +175,7 @@ def test_two_steps_suffice_beneath_a_tool_that_a_moment_turns(monkeypatch):
     """Newton's matrix has how slips turn with the tool: without that a second step would not do."""
     at, schedule = {"moment": 2000.0}, Schedule(3, 0.1)
     (*_, (_, found)) = sensitivities(driven_round, at, schedule, EULER)
-    monkeypatch.setattr("bipot.sensitivity.STEPS", 2)
+    monkeypatch.setattr("bipot.beside.STEPS", 2)
     (*_, (_, after_two)) = sensitivities(driven_round, at, schedule, EULER)
     nodes = found["moment"].nodes
     np.testing.assert_allclose(after_two["moment"].nodes, nodes, atol=1e-7 * np.abs(nodes).max())

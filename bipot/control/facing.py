@@ -16,7 +16,7 @@ from bipot.coulomb.acceleration import Anderson, Past
 from bipot.errors import NotConverged
 from bipot.forms import Cache, Form
 from bipot.increment import Leave, LeftOff, Limits, Near, Observer, Solved, solve_increment
-from bipot.iterate import Increment
+from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
 from bipot.typing import Floats
 
@@ -63,15 +63,14 @@ def solve_facing(
             solved, near, passes = None, left.near, passes + rough.passes
         else:
             near, passes = Near(solved.iterate, solved.r), passes + solved.passes
-        ended = near.iterate.nodes
-        near_to = Near(_facing(increment, ended).at(near.iterate.x), near.r)
+        near_to = Near(refaced(near.iterate), near.r)
         if solved is not None:
             here = Examined(near_to.iterate, near.r, largest, limits.bounds)
             ratios = here.ratios()
             if all(ratio <= 1 for name, ratio in ratios.items() if solved.posed is None or name in POSED):
                 refuse_passed(here.iterate)
                 return replace(solved, iterate=here.iterate, certificate=here.certificate, passes=passes)
-        past, mixed = MIXED.advance(past, nodes.ravel(), ended.ravel())
+        past, mixed = MIXED.advance(past, nodes.ravel(), near_to.iterate.nodes.ravel())
         nodes = mixed.reshape(nodes.shape)
     raise NotConverged("deformable tools and the candidates before them do not rest", advice=FINER)
 
@@ -91,6 +90,11 @@ class _Rough:
         """As a :data:`~bipot.increment.Leave`."""
         self.asked, self.passes = self.leave is not None and self.leave(near, error), self.passes + 1
         return self.asked or error <= ROUGH
+
+
+def refaced(iterate: Iterate) -> Iterate:
+    """An iterate with deformable tools before their candidates as where its own nodes are."""
+    return replace(iterate, increment=_facing(iterate.increment, iterate.nodes))
 
 
 def _facing(increment: Increment, nodes: Floats) -> Increment:

@@ -1,0 +1,98 @@
+"""Slopes of bodies of several parts, whose contact is posed in what sides face in the end, beside differences."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot import (
+    DeformableTool,
+    Element,
+    Geometry,
+    Mesh,
+    Prescribed,
+    Pressure,
+    Scene,
+    Schedule,
+    Support,
+    block,
+    brick,
+    sensitivities,
+    together,
+)
+from bipot.certificate import Bounds
+from tests.deformable import pressed, shifted
+from tests.test_sensitivity import EULER, TOLERANCES, differences, metal
+
+
+def punched(mu=0.2, strength=600.0, width=4.0, depth=0.4, shift=0.3, element=Element.Q4):
+    """A block on a wider one, whose nodes do not match, off the middle of it."""
+    low, up = block(10.0, 4.0, 7, 2).to(element), shifted(block(width, 3.0, 4, 2).to(element), 3.0 + shift, 4.0)
+    supports = *(Support("low/base", k) for k in range(2)), Support("up/top", 0), Prescribed("up/top", 1, -depth)
+    tool = DeformableTool(("low/top",), ("up/base",), mu)
+    return Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, metal(strength), supports, (tool,))
+
+
+def quadratic(mu=0.2, width=4.0):
+    return punched(mu, width=width, element=Element.Q8)
+
+
+def ring(mu=0.2, press=0.5):
+    """A billet whose side may fold onto the punch, which yields, too."""
+    scene = pressed(mu, press=press)
+    return replace(scene, material=metal(), regions={})
+
+
+def laid(mu=0.4, pressure=40.0, push=10.0):
+    """A block that nothing but friction and loads holds."""
+    low, up = block(6.0, 2.0, 6, 2), shifted(block(3.0, 2.0, 4, 2), 1.4, 2.0)
+    loads = Pressure("up/top", pressure), Pressure("up/left", push)
+    tool = DeformableTool(("low/top",), ("up/base",), mu)
+    supports = tuple(Support("low/base", k) for k in range(2))
+    return Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, metal(), supports, (tool,), loads=loads)
+
+
+def bricks(mu=0.2, width=2.0, depth=0.1):
+    """Two bricks, the upper one turned about the way on which it is pressed."""
+    low, up = brick(4.0, 4.0, 2.0, 3, 3, 1), brick(width, 2.0, 2.0, 2, 2, 1)
+    c, s = np.cos(0.2), np.sin(0.2)
+    nodes = (up.nodes - [1.0, 1.0, 0.0]) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + [2.1, 1.9, 2.0]
+    mesh = together({"low": low, "up": Mesh(nodes, up.elements, up.boundaries)})
+    held = *(Support("low/base", k) for k in range(3)), *(Support("up/top", k) for k in range(2))
+    supports, tool = (*held, Prescribed("up/top", 2, -depth)), DeformableTool(("low/top",), ("up/base",), mu)
+    return Scene(mesh, Geometry.SOLID, metal(), supports, (tool,))
+
+
+BOUNDS = Bounds(equilibrium=1e-10, law=1e-9, cone_violation=1e-10)
+"""Differences of marches contain how far their answers are from the law, of which slopes are free."""
+
+EXACT = replace(EULER, limits=replace(EULER.limits, bounds=BOUNDS))
+
+
+def slow(*of):
+    return pytest.param(*of, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize(
+    ("scene_of", "at"),
+    [
+        (punched, {"mu": 0.2, "shift": 0.3}),
+        slow(punched, {"strength": 600.0, "depth": 0.4, "width": 4.0}),
+        slow(quadratic, {"mu": 0.2, "width": 4.0}),
+        slow(ring, {"mu": 0.2, "press": 0.5}),
+        (laid, {"push": 10.0}),
+        slow(bricks, {"mu": 0.2, "width": 2.0}),
+    ],
+    ids=lambda value: getattr(value, "__name__", None),
+)
+def test_slopes_contain_how_what_is_faced_changes(scene_of, at):
+    schedule = Schedule(2)
+    slopes = [found for _, found in sensitivities(scene_of, at, schedule, EXACT)]
+    for name in at:
+        known = differences(scene_of, at, name, schedule, EXACT)
+        assert all(found[name].smooth for found in slopes)
+        assert slopes[-1][name].resolved
+        for field, tolerance in TOLERANCES.items():
+            largest = max(np.abs(expected[field]).max() for expected in known)
+            for found, expected in zip(slopes, known, strict=True):
+                assert np.abs(getattr(found[name], field) - expected[field]).max() <= tolerance * largest, (name, field)
