@@ -87,6 +87,16 @@ def test_a_body_that_loads_alone_strain_is_not_to_be_meshed_anew():
     assert "Remesh" not in str(ends(held, Schedule(4)))
 
 
+@pytest.mark.parametrize("begins", [0.0, 1.0])
+def test_more_increments_are_not_advised_where_the_load_comes_at_once(begins):
+    """It is on at tau = 0, and however short the first increment, the whole load comes in it."""
+    amplitude = Amplitude(((0.0, begins), (1.0, 1.0)))
+    pulled = replace(WHOLE, loads=(Traction("right", (20.0, 0.0), amplitude),))
+    words = str(ends(pulled, Schedule(1)))
+    assert ("or use more increments: the load" in words) == (begins == 0)
+    assert ("let amplitudes begin at zero" in words) == (begins == 1)
+
+
 def test_errors_go_from_process_to_process_with_what_they_carry():
     """Pickled ones are made anew from their message alone; what else they have is added."""
     there = pickle.loads(pickle.dumps(Refused("too far", "Use more increments.", too_far=True)))

@@ -68,7 +68,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         more = "Take another form, or give it fallbacks."
     elif isinstance(attempt.last, Refused) and not attempt.last.too_far:
         more = attempt.last.advice
-    elif _pushed(increment):
+    elif _pushed(increment, increment.tau):
         more = _loaded(increment, attempt, pace)
     elif isinstance(attempt.last, Refused):
         more = attempt.last.advice
@@ -92,9 +92,9 @@ def _failed(increment: Increment, why: object) -> str:
     return f"increment from tau = {increment.start.tau:.6g} to {increment.tau:.6g} failed ({why}). "
 
 
-def _pushed(increment: Increment) -> bool:
-    """Whether loads, forces or moments act at the end; a moment of zero lets a roll turn freely."""
-    system, tau = increment.system, increment.tau
+def _pushed(increment: Increment, tau: float) -> bool:
+    """Whether loads, forces or moments act at ``tau``; a moment of zero lets a roll turn freely."""
+    system = increment.system
     return bool(system.loading.forces(increment.start.nodes, tau).any() or system.body.scene.drives.at(tau).any())
 
 
@@ -102,15 +102,18 @@ def _loaded(increment: Increment, attempt: Attempt, pace: Pace) -> str:
     """The advice where there are loads, which may not be the cause where paths move tools or supports."""
     scene, start, tau = increment.system.body.scene, increment.start.tau, increment.tau
     top, cause = pace.maximum(increment), attempt.last
+    at_once = increment.loads.begins and _pushed(increment, start)
+    grow = "let amplitudes begin at zero, since what is on at tau = 0 comes at once, however short the increment"
+    slower = f"Drive the body by displacements, or {grow if at_once else 'use more increments'}"
     if top is not None and top - start < NEXT * (tau - start):
         at = f"passes its maximum at about tau = {max(top, start):.6g}"
-        return f"Drive the body by displacements, or use more increments: the load {at}."
+        return f"{slower}: the load {at}."
     if increment.reach > 0 or (scene.driven(tau) != scene.driven(start)).any():
         if isinstance(cause, Refused):
             return cause.advice
         if isinstance(cause, InvertedElement):
             return "Remesh there, or load the body less: the load may be next to, or past, its maximum."
-    return "Drive the body by displacements, or use more increments: the load may be next to, or past, its maximum."
+    return f"{slower}: the load may be next to, or past, its maximum."
 
 
 def _crushed(increment: Increment) -> str | None:
