@@ -36,6 +36,7 @@ from bipot.meshes.sections import block
 from bipot.paper import upsetting
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
+from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
 from tests.scenes import DIRECT, STEEL, fresh, path, refused
 from tests.scenes import run as upset
@@ -208,6 +209,15 @@ def test_welded_points_are_refused():
     system = fresh(np.inf, reduction=0.1, elements=2)
     accepted = next(march(system.body.scene, path(0.1, 2)))
     with pytest.raises(ProgramError, match="welded"):
+        contact_problem(accepted)
+
+
+def test_a_tool_that_a_force_drives_is_named():
+    """A support holds the body; the message said that the contacts alone do not determine the motion."""
+    scene = upsetting(mu=0.1, elements=2)
+    punch = replace(scene.tools[0], travel=(0.0, 0.0), driven_by=Force((0.0, -100.0)))
+    accepted = next(march(replace(scene, tools=(punch,)), Schedule(1)))
+    with pytest.raises(ProgramError, match="a tool that a force or moment drives"):
         contact_problem(accepted)
 
 

@@ -219,7 +219,8 @@ def reduce(program: TangentProgram) -> Reduced:
     G, offset = _stacked(program)
     K = np.asarray(program.K)
     if not np.linalg.cond(K, 1) * len(K) * np.finfo(np.float64).eps < 1:
-        raise UnsuitedForm("the stiffness is singular: the contacts alone do not determine the motion")
+        free = "without contacts a part of the body, or a tool that a force or moment drives, moves without resistance"
+        raise UnsuitedForm(f"the stiffness is singular: {free}")
     solved = np.linalg.solve(K, np.column_stack([program.f, G.T]))
     free, flexibility = np.asarray(solved[:, 0], dtype=np.float64), np.asarray(solved[:, 1:], dtype=np.float64)
     W, q = sp.csr_array(G @ flexibility), offset + G @ free
