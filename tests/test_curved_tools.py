@@ -8,6 +8,7 @@ import pytest
 from bipot.contact.overlap import overlap
 from bipot.control.landing import Locate
 from bipot.energy import Energies
+from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.material import Elastic
@@ -21,6 +22,7 @@ from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.circle import Circle
+from bipot.tools.profiles import flat_punch
 from bipot.tools.surfaces import Plane, frames
 from bipot.tools.tool import FlatTool, ShapedTool
 from tests.courses import stored
@@ -179,6 +181,15 @@ def test_a_support_that_holds_a_node_against_the_punch_is_named():
     supports = (*scene.supports, Support("left", 1))
     with pytest.raises(Exception, match=r"tools\[0\] is driven into node \d+, which a support holds"):
         marched(replace(scene, supports=supports))
+
+
+def test_a_support_that_holds_a_node_only_where_the_tool_is_flat_is_named():
+    """Its side comes at nodes that are held along x alone, and not at all of its normals."""
+    scene = pressed()
+    aside = ShapedTool(flat_punch((-1.0, 0.3), 0.5, 3.0, 0.05), (1.0, 0.0), ("left",), 0.1)
+    supports = Support("left", 0), Support("base", 1)
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] is driven into node \d+, which a support holds, by"):
+        marched(replace(scene, supports=supports, tools=(aside,)))
 
 
 def test_a_punch_that_a_plane_of_symmetry_cuts_may_not_leave_it():

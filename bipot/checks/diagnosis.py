@@ -35,11 +35,16 @@ def diagnosis(increment: Increment) -> str | None:
 
 def _blocked(increment: Increment) -> str | None:
     """A tool driven into a node that is held along its normal."""
-    scene, found = increment.system.body.scene, increment.driven_into
-    if found.depth <= Bounds().penetration * scene.mesh.size:
+    rows, contacts, (tool, node, depth) = increment.rows, increment.system.candidates, increment.driven_into
+    # Supports may hold a node along the normal of a curved tool where it is now, and not elsewhere on the tool.
+    held = np.where(abs(rows.G_n) @ np.ones(rows.size) > ROUND_OFF, 0.0, -rows.gap)
+    if held.max(initial=0.0) > depth:
+        worst = int(held.argmax())
+        tool, node, depth = contacts.tool[worst], contacts.node[worst], held[worst]
+    if depth <= Bounds().penetration * increment.system.body.scene.mesh.size:
         return None
     return (
-        f"tools[{found.tool}] is driven into node {found.node}, which a support holds, by {found.depth:.3g}: "
+        f"tools[{tool}] is driven into node {node}, which a support holds, by {depth:.3g}: "
         "stop the tool before it, or let the node go."
     )
 
