@@ -72,11 +72,12 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     load = _load(increment)
     allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
     require(max_abs(load) > _round_off(increment), f"largest nodal load at tau = {tau}", max_abs(load), allowed)
-    near, last = (
-        scene.materials.yield_stress(np.full_like(system.body.parts, peeq)) for peeq in (SATURATED / 10, SATURATED)
-    )
-    saturates = bool(np.isfinite(last).all() and (last <= (1 + HARDENS) * near).all())
-    require(saturates, "scene.material, or of its regions", scene.material, "one that flows at a last yield stress")
+    for name in scene.parts:
+        material = scene.regions.get(name, scene.material)
+        near, last = material.yield_stress(np.array([SATURATED / 10, SATURATED]))
+        field = f"scene.regions[{name!r}]" if name else "scene.material"
+        saturates = np.isfinite(last) and last <= (1 + HARDENS) * near
+        require(saturates, field, material, "one that flows at a last yield stress")
     touching = _touching(increment)
     for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
         touches = bool(touching[system.candidates.tool == k].any())
