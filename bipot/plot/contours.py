@@ -156,7 +156,7 @@ def nodal_values(snapshot: Snapshot, field: str) -> Floats:
     base, part = split(Place.NODES, field, snapshot.geometry)
     known = FIELDS[Place.NODES][base]
     everywhere = known.finite and known.quantity is not Quantity.STATUS
-    require(everywhere, "field", field, "one of the whole body; contact_traction() draws those of candidates")
+    require(everywhere, "field", field, "one of the whole body; contact_traction(), or --traction, draws the others")
     if known.rank is Rank.TENSOR and not part:
         require(False, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}")
     values = snapshot.nodal(field)
