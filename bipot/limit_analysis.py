@@ -119,7 +119,7 @@ def collapse(increment: Increment) -> Mechanism | None:
 
 def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism without strain by which no contact slips, as where the body tips over an edge."""
-    if (holding & ~rows.rubs).any():
+    if (holding & (rows.mu == 0)).any():
         raise InfeasibleProgram("smooth contacts may slip in any mechanism")
     motions = increment.system.strainless_at(increment.start.nodes)
     slips = rows.take(holding).G_t @ motions

@@ -21,6 +21,7 @@ from bipot.meshes.solids import brick
 from bipot.programs.fixed_point import Frozen
 from bipot.scene.loads import BodyForce, Pressure, Traction
 from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
 from bipot.system import system_of
 from bipot.tools.poses import Force
@@ -163,7 +164,13 @@ def pushed_back() -> Scene:
     return replace(gripped(0.1), loads=(BodyForce((-30.0 / 200.0, 0.0)),))
 
 
-@pytest.mark.parametrize("made", [on_edge(0.5), on_edge(5.0), pushed_back()], ids=["tips", "rough", "pushed back"])
+ACROSS = replace(pushed_back(), supports=(Support("base", 1),))
+"""The same where a support holds a node of each jaw across the motion: no friction acts there, and none would help."""
+
+
+@pytest.mark.parametrize(
+    "made", [on_edge(0.5), on_edge(5.0), pushed_back(), ACROSS], ids=["tips", "rough", "pushed back", "held across"]
+)
 def test_more_friction_is_not_advised_where_none_would_hold(made):
     with pytest.raises(LimitPassed) as caught:
         list(march(made, Schedule(1), Control(cuts=1)))
