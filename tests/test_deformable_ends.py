@@ -55,16 +55,33 @@ def test_what_barely_faces_the_end_bears_nothing_and_forces_go_on_from_there():
         *_, last = march(scene, Schedule(1), NEWTON)
         candidates, r = last.solved.iterate.increment.system.candidates, last.state.forces[:, 0]
         (points,) = candidates.points
-        found.append((last.tool_force(0)[1], r[points.faced.part < 0.5 * ROUND].max(initial=0.0) / r.max()))
+        found.append((last.tool_force(0)[1], r[points.faced.part < 0.5e-2].max(initial=0.0) / r.max()))
     forces, beyond = np.array(found).T
     np.testing.assert_allclose(beyond[:4], 0.0)
     np.testing.assert_allclose(np.diff(forces[:4]) / forces[0], 0.0, atol=0.02)
     assert abs(np.diff(forces) / forces[0]).max() < 0.1
 
 
+def test_a_thin_pin_before_the_middle_of_a_face_is_no_end():
+    """It faces a ten-thousandth of the areas of all points, and sank in by what ends are rounded, without a force."""
+    low, up = brick(1.0, 1.0, 1.0, 2, 2, 1), shifted(brick(0.01, 0.01, 0.01, 1, 1, 1), 0.25, 0.25, 1.0)
+    supports = (
+        *(Support("low/base", axis) for axis in range(3)),
+        *(Support("up/top", axis) for axis in range(2)),
+        Prescribed("up/top", 2, -1e-4),
+    )
+    forces = []
+    for surface, candidates in (("up/base", "low/top"), ("low/top", "up/base")):
+        tool = DeformableTool((surface,), (candidates,), 0.2)
+        scene = Scene(together({"low": low, "up": up}), Geometry.SOLID, ELASTIC, supports, (tool,))
+        *_, last = march(scene, Schedule(1), NEWTON)
+        forces.append(abs(last.tool_force(0)[2]))
+    np.testing.assert_allclose(forces[0], forces[1], rtol=0.1)
+
+
 @pytest.mark.parametrize("space", [False, True])
-def test_the_end_is_rounded_by_the_part_that_is_faced(space):
-    """Along an edge of h = 1/2 a point before which a tool ends after s faces s^2/(2 h) of h, in space of h by h."""
+def test_the_end_is_rounded_by_how_far_it_reaches(space):
+    """By s along an edge of h = 1/2, over which psi^2 over psi is 2/3 s/h; in space 2/3 of that, along the other edge."""
 
     def made(by):
         if space:
@@ -74,13 +91,13 @@ def test_the_end_is_rounded_by_the_part_that_is_faced(space):
         mesh = together({"low": low, "up": up})
         sides = DeformableTool(("up/base",), ("low/top",), 0.0).of(mesh).sides
         found = facing(mesh.nodes, sides, ring=False)
-        return mesh.nodes[sides.node], found.part, rounding(mesh.nodes, sides, found.part)
+        return mesh.nodes[sides.node], found.reach, rounding(mesh.nodes, sides, found.reach)
 
-    for by in (1e-6, 0.02, 0.04, 0.06):
-        x, part, off = made(by)
+    for by in (1e-4, 0.02, 0.04, 0.06):
+        x, reach, off = made(by)
         ends = x[:, 0] == 0.0
-        np.testing.assert_allclose(part[ends], (by / 0.5) ** 2, rtol=1e-6)
+        expected = (2 / 3) ** (1 + space) * by / 0.5
+        np.testing.assert_allclose(reach[ends], expected, rtol=1e-6)
         h = 0.5 * np.sqrt(2.0) if space else 0.5
-        expected = FILLET * h * max(1 - by / 0.5 / np.sqrt(ROUND), 0.0) ** 2
-        np.testing.assert_allclose(off[ends], expected, rtol=1e-6, atol=1e-15)
+        np.testing.assert_allclose(off[ends], FILLET * h * max(1 - expected / ROUND, 0.0) ** 2, rtol=1e-6, atol=1e-15)
         np.testing.assert_allclose(off[~ends], 0.0)

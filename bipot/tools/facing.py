@@ -41,9 +41,9 @@ from bipot.typing import Floats, Ints
 CREASE = 0.5
 """Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
 
-ROUND, FILLET = 5e-3, 0.02
-"""Part of its area that faces the other side below which a point is at its rounded end, and how deep this is rounded,
-over the longest edge or diagonal from there."""
+ROUND, FILLET = 0.05, 0.02
+"""Reach of the other side before a point below which the point is at a rounded end, and how deep this is rounded, over
+the longest edge or diagonal from there."""
 
 
 @dataclass(frozen=True)
@@ -51,13 +51,15 @@ class Facing:
     """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, d).
 
     Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. The ``part`` (p,) of
-    int psi_p dA faces the other one.
+    int psi_p dA faces the other one, which reaches before the point as far as the mean of psi_p there, weighted by
+    psi_p: ``reach`` (p,).
     """
 
     weights: sp.csr_matrix
     normal: Floats
     apart: Ints
     part: Floats
+    reach: Floats
 
 
 @dataclass(frozen=True)
@@ -188,6 +190,8 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     point = sides.point[found.lines]
     share = np.einsum("sg,sgp->sp", found.weight, found.psi)
     area = np.bincount(point.ravel(), share.ravel(), count)
+    square = np.einsum("sg,sgp,sgp->sp", found.weight, found.psi, found.psi)
+    reach = np.bincount(point.ravel(), square.ravel(), count) / np.where(area > 0, area, 1.0)
     own = np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.mine)
     others = -np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.its)
     entries = [
@@ -212,21 +216,21 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     np.add.at(alone, sides.point, -out[:, None])
     theirs[apart] = ours[apart] = alone[apart]
     normal = part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours)
-    return Facing(weights, unit(normal), apart, part)
+    return Facing(weights, unit(normal), apart, part, reach)
 
 
-def rounding(nodes: Floats, sides: Sides, part: Floats) -> Floats:
-    """How much farther off (p,) the other side is where a point faces but the end of it, a ``part`` (p,) of its area.
+def rounding(nodes: Floats, sides: Sides, reach: Floats) -> Floats:
+    """How much farther off (p,) the other side is where no more than its end has the ``reach`` (p,) before a point.
 
-    With the longest edge or diagonal h from the point that is FILLET h (1 - sqrt(part/ROUND))^2, as if the end were
-    rounded: the part goes with the square of how far the end reaches before a point, or more. If a point that barely
-    faces it felt all of it, whether it does could depend on whether it is felt.
+    With the longest edge or diagonal h from the point that is FILLET h (1 - reach/ROUND)^2 at most, as if the end were
+    rounded. If a point that barely faces it felt all of it, whether it does could depend on whether it is felt. What
+    is before the middle of an edge is no end, however thin it is.
     """
     ends = nodes[sides.lines]
     longest = norm(ends[:, :, None] - ends[:, None]).max(axis=2)
-    size = np.zeros(len(part))
+    size = np.zeros(len(reach))
     np.maximum.at(size, sides.point, longest)
-    return FILLET * size * np.maximum(1 - np.sqrt(part / ROUND), 0.0) ** 2
+    return FILLET * size * np.maximum(1 - reach / ROUND, 0.0) ** 2
 
 
 def _hats(ends: Floats, ring: bool) -> Floats:

@@ -55,7 +55,7 @@ def between_parts(scene: Scene, accepted: Accepted) -> Between:
     if len(frames) != len(fine.node):
         raise ValueError(f"{len(frames)} candidates, not {len(fine.node)}")
     rough = [_joined(_each(scene, end.nodes, k)) for k in ROUGH] if scene.mesh.element is Element.H8 else []
-    off = _off(fine, rough, lambda of: _gap(of, end.nodes)[:, None])
+    off = _off(fine, rough, lambda of: (_gap(of, end.nodes) + of.farther)[:, None])
     off += _off(fine, rough, lambda of: of.weights @ end.du)
     contact = _touching(scene, accepted, (fine, early), [len(of.node) for of in each], frames, off)
     pushed = np.linalg.norm(end.forces, axis=1)

@@ -10,8 +10,8 @@ one boundary, two where it turns by more than 60 degrees at rest, with hats psi 
 
 over what faces anything, with the shapes N of whole edges: parabolas where these have three nodes. The integrals are
 sums over intervals of s between all ends seen, and all crossings of two parts, by Gauss' rule of four points, which is
-exact. Where a point faces less than the part b = 0.005 of its area a, the other side is farther off by
-0.02 h (1 - sqrt(a/b))^2, with the longest part h that ends there, or way to another corner.
+exact. Where the reach before a point, b = int psi_p^2 dA / int psi_p dA, is less than 0.05, the other side is farther
+off by 0.02 h (1 - b/0.05)^2, with the longest part h that ends there, or way to another corner.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     own, others = Straight.of(one), Straight.of(other)
     node, at = points(rest, own.ends)
     weights, normal, free = np.zeros((len(node), len(nodes))), np.zeros((len(node), 2)), np.zeros((len(node), 2))
-    across, area, whole = np.zeros((len(node), 2)), np.zeros(len(node)), np.zeros(len(node))
+    across, (area, square, whole) = np.zeros((len(node), 2)), np.zeros((3, len(node)))
     x, y, lowest = nodes[own.ends], nodes[others.ends], 0.0
     outer, facing = (_normals(of) for of in (x, y))
     for i, (start, end) in enumerate(x):
@@ -126,6 +126,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
             across[at[i]] += parts[:, None] * facing[k[nearest]]
             mine, its = own.shapes(i, place), others.shapes(int(k[nearest]), eta)
             for p, psi in zip(at[i], (1 - place, place), strict=True):
+                square[p] += weight @ psi**2
                 weights[p, own.nodes[i]] += mine @ (weight * psi)
                 weights[p, others.nodes[k[nearest]]] -= its @ (weight * psi)
     faces: Bools = area > NOTHING * whole
@@ -135,20 +136,21 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     inward, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
     # Gaps change along the normals of the other side, as far as that goes on; beyond its end along those of this one.
     mixed = _unit(part[:, None] * other_side + (1 - part[:, None]) * inward)
-    return Seen(node, weights, mixed, part, farther(x, at, part), lowest)
+    reach = np.divide(square, area, out=np.zeros(len(node)), where=area > 0)
+    return Seen(node, weights, mixed, part, farther(x, at, reach), lowest)
 
 
-def farther(x: Floats, at: Ints, part: Floats) -> Floats:
-    """How much farther off (p,) what points face is, with corners x (l, k, d) around points ``at`` (l, k).
+def farther(x: Floats, at: Ints, reach: Floats) -> Floats:
+    """How much farther off (p,) what has this ``reach`` (p,) is, with corners x (l, k, d) around points ``at`` (l, k).
 
-    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([1.25e-3, 1.0])).tolist()
+    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([0.025, 1.0])).tolist()
     [0.025, 0.0]
     """
-    longest = np.zeros(len(part))
+    longest = np.zeros(len(reach))
     for corners, points_there in zip(x, at, strict=True):
         for corner, p in zip(corners, points_there, strict=True):
             longest[p] = max(longest[p], *(float(np.linalg.norm(corner - other)) for other in corners))
-    return 0.02 * longest * np.maximum(1 - np.sqrt(part / 0.005), 0.0) ** 2
+    return 0.02 * longest * np.maximum(1 - reach / 0.05, 0.0) ** 2
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -134,7 +134,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
     flats, others = mine_of.nodes, its_of.nodes
     node, at = points(rest, flats)
     count, rule = len(node), _fine() if rough is None else _of_six()
-    weights, area, whole = np.zeros((count, len(nodes))), np.zeros(count), np.zeros(count)
+    weights, (area, square, whole) = np.zeros((count, len(nodes))), np.zeros((3, count))
     across, inward, alone = np.zeros((3, count, 3))
     outer, facing = (np.array([_normal(x) for x in nodes[of]]) for of in (flats, others))
     lowest = 0.0
@@ -148,6 +148,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
             psi, theirs = mine.shapes(places), its.shapes(places)
             share = weight @ psi
             area[at[i]] += share
+            square[at[i]] += weight @ psi**2
             across[at[i]] += share[:, None] * facing[j]
             inward[at[i]] -= share[:, None] * outer[i]
             for k, p in enumerate(at[i]):
@@ -157,9 +158,10 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
     faces: Bools = part > NOTHING
     weights[faces] /= area[faces, None]
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
+    reach = np.divide(square, area, out=np.zeros(count), where=area > 0)
     part = np.where(faces, part, 0.0)[:, None]
     away, own = (_unit(np.where(faces[:, None], of, alone)) for of in (across, inward))
-    normal, off = _unit(part * away + (1 - part) * own), farther(nodes[flats], at, part[:, 0])
+    normal, off = _unit(part * away + (1 - part) * own), farther(nodes[flats], at, reach)
     return SeenInSpace(node, weights, normal, part[:, 0], off, lowest)
 
 
