@@ -97,6 +97,9 @@ def test_apart_gives_what_was_joined():
     given["two"] = replace(given["two"], regions={"core": [1]})
     found = apart(together(given))
     assert found == given
+    # A region of a part may be all of it.
+    given["one"] = replace(given["one"], regions={"all": [0, 1]})
+    assert apart(together(given)) == given
     # Whatever the parts are called, and where boundaries have names without theirs.
     both = together(given)
     named = replace(both, boundaries={"all": np.concatenate([both.boundary("one/top"), both.boundary("two/base")])})

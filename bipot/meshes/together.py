@@ -89,7 +89,10 @@ def parts(mesh: Mesh, field: str = "mesh") -> dict[str, Part]:
         names = [name for name, of in mesh.regions.items() if np.array_equal(of, own)]
         allowed = "of parts each of which is a region, as `together` makes them"
         require(bool(names), field, f"with a part of element {own[0]} that is none", allowed)
-        found[names[0]] = Part.of(mesh, own)
+        part = Part.of(mesh, own)
+        # Of several, that of the most boundaries and regions: one of its regions may be all of it, too.
+        given = [*part.mesh.boundaries, *part.mesh.regions]
+        found[max(names, key=lambda name: sum(of.startswith(f"{name}/") for of in given))] = part
     return found
 
 
