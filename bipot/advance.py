@@ -13,6 +13,7 @@ from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import closed
+from bipot.contact.faced import points
 from bipot.scene.supports import Support, Symmetry
 from bipot.state import State
 from bipot.tensors import norm
@@ -255,10 +256,20 @@ class Advance:
         return np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools])[contacts.tool]
 
     @cached_property
+    def farther(self) -> Floats:
+        """How much farther off (2, c) deformable tools are felt at start and end (:mod:`bipot.contact.faced`)."""
+        contacts, x = self.candidates, self.start.nodes
+        out = np.zeros((2, len(contacts.node)))
+        for tool, at, number in zip(contacts.scene.tools, contacts.points, contacts.number, strict=True):
+            if isinstance(tool, DeformableTool):
+                both = points(contacts.scene, tool, x).faced, at.faced
+                out[:, number[number >= 0]] = np.stack([of.farther for of in both if of])[:, number >= 0]
+        return out
+
+    @cached_property
     def opening(self) -> Floats:
-        """Gaps (c,) of the start, from which gaps open: of :attr:`begun` where only one end faces a deformable tool."""
-        faces = np.abs(self.begun - self.start.gap) <= self.candidates.scene.mesh.size
-        return np.where(faces, self.start.gap, self.begun)
+        """Gaps (c,) of the start, from which gaps open: :attr:`begun` where a deformable tool ends, now or then."""
+        return np.where(self.farther.any(axis=0), self.begun, self.start.gap)
 
     def left(self, advance: Floats) -> Floats:
         """Gaps (c,) with which slips begin if poses ``advance`` by (k, p); for flat tools those of the start."""

@@ -36,7 +36,8 @@ rubs, with a the gap that opens, or that closes while a point slips, and du_0 th
 the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). At a deformable tool v is how the two sides go
 to each other, du_0 that of parts that their own supports carry. Where curved tools come to points, slips begin where
 they touch (:mod:`bipot.tools.meeting`): no gap is left to close. A point may come before a deformable tool, or leave
-it, by sliding past an end (:func:`passing`). It has slipped in touch then, in the means of where it faces the tool.
+it, by sliding past an end (:func:`passing`). It has slipped in touch then, in the means of where it faces the tool, and
+what a rounded end is farther off is no air.
 
 The ``start`` is the accepted state; an increment of BDF2 is solved from another one, with the flow carried on.
 
@@ -67,7 +68,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.typing import Floats, vdot
+from bipot.typing import Bools, Floats, vdot
 
 
 class Rule(Enum):
@@ -105,7 +106,7 @@ class Energies:
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = scene.materials.elasticity.strain(end.stress - before)
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
-        slip, by_sliding = passing(start, solved.iterate)
+        slip, by_sliding = passing(start, solved.iterate, solved.r)
         against = np.vecdot(r[:, 1:], slip)
         touching = np.maximum(in_touch(start, solved.iterate, solved.r), by_sliding)
         in_air = float((1 - touching) @ against)
@@ -130,7 +131,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     increment, motion = solved.iterate.increment, solved.iterate.motion
     contacts = increment.system.candidates
     pushed, travel = _pushed(start, solved, r, theta), solved.iterate.tool_travel
-    opened = motion[:, 0] - increment.tools.opening
+    opened = motion[:, 0] - opening(start, solved.iterate, solved.r)
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
     taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], solved.iterate.slipped)
@@ -200,20 +201,31 @@ def start_limit(start: State, increment: Increment) -> Floats:
     return np.where(rows.tied, 0.0, rows.limit(start.forces))
 
 
-def passing(start: State, iterate: Iterate) -> tuple[Floats, Floats]:
+def held(start: State, iterate: Iterate, r: Floats) -> Bools:
+    """Candidates (c,) that bear forces at the start and r (c, d) at the end: they stay in touch."""
+    faces = np.isfinite(iterate.increment.tools.farther).all(axis=0)
+    return np.asarray(start.forces.any(axis=1) & r.any(axis=1) & faces)
+
+
+def opening(start: State, iterate: Iterate, r: Floats) -> Floats:
+    """Gaps (c,) of the start, from which those of points with forces r (c, d) open to the end."""
+    return np.where(held(start, iterate, r), start.gap, iterate.increment.tools.opening)
+
+
+def passing(start: State, iterate: Iterate, r: Floats) -> tuple[Floats, Floats]:
     """Slips (c, d - 1), and the part (c,) that rubs of those by which points come before deformable tools, or go.
 
-    Of a point that faces it at one end of the increment alone the slip is that in the means there. One that comes with
-    a gap a rubs by |u_t| / (|u_t| + a) of its slip, one that goes by all of it. The part is zero of other points.
+    Of a point that faces it, beside a rounded end, at one end of the increment alone the slip is that in the means
+    there. One that comes with a gap a rubs by |u_t| / (|u_t| + a) of its slip, one that goes by all of it. The part is
+    zero of other points.
     """
     increment, slip = iterate.increment, iterate.slipped
-    contacts, size = increment.system.candidates, increment.system.body.scene.mesh.size
     part = np.zeros(len(slip))
-    if not contacts.deformable:
+    if not increment.system.candidates.deformable:
         return slip, part
-    own = increment.tools.between
-    begun, ended = increment.tools.opening, iterate.motion[:, 0]
-    come, gone = own & (start.gap - begun > size), own & (ended - start.gap > size)
+    contacts, (begun, ended), stays = increment.system.candidates, increment.tools.farther, held(start, iterate, r)
+    come = (begun > 0) & np.isfinite(ended) & ~stays
+    gone = np.isfinite(begun) & (ended > 0) & ~stays & ~come
     if gone.any():
         before = increment.system.facing(start.nodes).candidates
         first = np.searchsorted(before.parts.owner, np.flatnonzero(gone))
@@ -222,7 +234,7 @@ def passing(start: State, iterate: Iterate) -> tuple[Floats, Floats]:
         slip = slip.copy()
         slip[gone] = np.where(contacts.tangent_free[gone, None], (tangents @ moved[..., None])[..., 0], 0.0)
     length = norm(slip)
-    way = length + np.maximum(begun, 0.0)
+    way = length + np.maximum(opening(start, iterate, r), 0.0)
     np.divide(length, way, out=part, where=come & (way > 0))
     part[gone] = 1.0
     return slip, part
@@ -246,7 +258,7 @@ def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
     It is one where no gap opens or closes, and where there is a force neither at the start nor at the end.
     """
     contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.size
-    begun, ended = iterate.increment.tools.opening, iterate.motion[:, 0]
+    begun, ended = opening(start, iterate, r), iterate.motion[:, 0]
     left = iterate.increment.tools.left(iterate.advance)
     air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
     aloft, out = (air > 0) & (start.forces.any(axis=1) | r.any(axis=1)), np.ones(len(air))

@@ -55,6 +55,7 @@ def test_what_barely_faces_the_end_bears_nothing_and_forces_go_on_from_there():
         *_, last = march(scene, Schedule(1), NEWTON)
         candidates, r = last.solved.iterate.increment.system.candidates, last.state.forces[:, 0]
         (points,) = candidates.points
+        assert points.faced is not None
         found.append((last.tool_force(0)[1], r[points.faced.part < 0.5e-2].max(initial=0.0) / r.max()))
     forces, beyond = np.array(found).T
     np.testing.assert_allclose(beyond[:4], 0.0)
@@ -81,7 +82,7 @@ def test_a_thin_pin_before_the_middle_of_a_face_is_no_end():
 
 @pytest.mark.parametrize("space", [False, True])
 def test_the_end_is_rounded_by_how_far_it_reaches(space):
-    """By s along an edge of h = 1/2, over which psi^2 over psi is 2/3 s/h; in space 2/3 of that, along the other edge."""
+    """By s along an edge of h = 1/2, over which psi^2 over psi is 2/3 s/h; in space 2/3 of that, along another."""
 
     def made(by):
         if space:

@@ -46,7 +46,10 @@ def dragged(element, *, long):
 
 @pytest.mark.parametrize("element", [Element.Q4, pytest.param(Element.H8, marks=pytest.mark.slow)])
 def test_work_is_dissipated_whichever_side_has_the_candidates(element):
-    """Nearly all of it is friction, mu times the pressing force times the way; a tenth of it was missing."""
+    """Nearly all of it is friction, mu times the pressing force times the way.
+
+    A tenth of it was missing, and a twentieth while the gap of a rounded end counted as air.
+    """
     for long in (False, True):
         gone, way = 0.0, 0.0
         scene = dragged(element, long=long)
@@ -55,5 +58,5 @@ def test_work_is_dissipated_whichever_side_has_the_candidates(element):
             moved = step.displacement[scene.mesh.boundary_nodes("up/top"), 0].mean()
             gone, way = gone + MU * abs(step.tool_forces[0, -1]) * (moved - way), moved
         energies = steps[-1].energies
-        assert energies.friction == pytest.approx(gone, rel=0.06 if long else 0.005)
+        assert energies.friction == pytest.approx(gone, rel=0.015 if long else 0.005)
         assert abs(energies.energy_error) < 2e-3

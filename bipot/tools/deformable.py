@@ -16,6 +16,7 @@ import numpy as np
 from bipot.errors import require, require_tuple, require_type
 from bipot.meshes.mesh import Mesh
 from bipot.tools.facing import Sides
+from bipot.tools.pieces import LEAST
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
 from bipot.typing import Bools, Floats, Ints, Vector
@@ -97,6 +98,11 @@ class Faced(Nowhere):
     places: Floats
     apart: Floats
     part: Floats
+
+    @property
+    def farther(self) -> Floats:
+        """How much farther off (m,) than it is the tool is felt, as its end is rounded; inf where it is not faced."""
+        return np.where(self.part > LEAST, self.apart, np.inf)
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""

@@ -61,7 +61,8 @@ def overlap_of(scene: Scene, nodes: Floats) -> float:
 def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Contacts:
     """All points in the increment from ``start`` to ``end``.
 
-    Gaps of the start are those of its own means, but of those of the end where a point faces anything at one end alone.
+    Gaps of the start are those of its own means, but of those of the end where a point faces nothing, or a rounded end,
+    at one of both ends; unless it bears forces at both.
     """
     found, at_start = means(scene, end.nodes), means(scene, start.nodes)
     tool = np.repeat(np.arange(len(found)), [len(of.node) for of in found])
@@ -75,9 +76,32 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
     _, earlier, way, faced, farther = _joined(at_start)
     way, _ = _in_planes(setting, node, way)
     here, there = (np.vecdot(n, w @ start.nodes) for n, w in ((normal, weights), (way, earlier)))
-    before = np.where((part > 0) & (faced > 0), there + farther, here + away)
-    taken = carried(scene, start.tau, end.tau)[a]
-    return Contacts(node, weights, ~inside, tool, normal[owner], np.array(mu), apart, apart, none, taken, before=before)
+    held = start.forces.any(axis=1) & end.forces.any(axis=1) & (part > 0) & (faced > 0)
+    meets, met = (part > 0) & (off == 0), (faced > 0) & (farther == 0)
+    before = np.where(held | meets & met, there + farther, here + away)
+    come = (part > 0) & ~met & ~held
+    gone = (faced > 0) & ~meets & ~held & ~come
+    slips = [
+        np.where(inside, 0.0, np.vecdot(n[:, ::-1] * (1.0, -1.0), w @ end.du))
+        for n, w in ((normal, weights), (way, earlier))
+    ]
+    long = np.abs(slips[0]) + np.maximum(before, 0.0)
+    passing = np.where(gone, 1.0, np.where(come & (long > 0), np.abs(slips[0]) / np.where(long > 0, long, 1.0), 0.0))
+    return Contacts(
+        node,
+        weights,
+        ~inside,
+        tool,
+        normal[owner],
+        np.array(mu),
+        apart,
+        apart,
+        none,
+        carried(scene, start.tau, end.tau)[a],
+        before=before,
+        passing=passing,
+        gone=np.where(gone, slips[1], np.nan),
+    )
 
 
 def _own(scene: Scene, tool: Ints) -> Bools:

@@ -86,15 +86,18 @@ def _touching(
     faces, faced = end.part > 0, begun.part > 0
     away = np.where(faces, end.farther, FAR * size - np.vecdot(end.normal, state.nodes[end.node]))
     gap, here = _gap(end, state.nodes) + away, _gap(end, start.nodes) + away
-    there = _gap(begun, start.nodes) + begun.farther
-    before = np.where(faces & faced, there, here)
+    # What bears forces at both ends stays in touch; where the other side ends, gaps open from those in the end's means.
+    held = start.forces.any(axis=1) & state.forces.any(axis=1) & faces & faced
+    meets, met = faces & (end.farther == 0), faced & (begun.farther == 0)
+    before = np.where(held | meets & met, _gap(begun, start.nodes) + begun.farther, here)
     places = EPS * (reach @ np.abs(state.nodes)).max(axis=1)
     agrees = np.abs(state.gap - gap) <= 2 * places + off
     moved = end.weights @ state.du
     # What carries touches, though the gap that it closes may be off by what is left of how much it faces.
     touched = (before <= TOUCHING * size + off) | (start.forces[:, 0] > 0)
     slip = einsum("cij,cj->ci", frames[:, 1:], moved)
-    if (gone := faced & ~faces).any():
+    come = faces & ~met & ~held
+    if (gone := faced & ~meets & ~held & ~come).any():
         earlier = framed(accepted.solved.iterate.increment.system.facing(start.nodes).candidates.frames)
         slip[gone] = einsum("cij,cj->ci", earlier[gone, 1:], begun.weights[gone] @ state.du)
     length = np.linalg.norm(slip, axis=1)
@@ -119,7 +122,7 @@ def _touching(
         apart=np.zeros(count, dtype=bool),
         left=before,
         past=np.zeros(count, dtype=bool),
-        passing=np.where(gone, 1.0, np.where(faces & ~faced, way, 0.0)),
+        passing=np.where(gone, 1.0, np.where(come, way, 0.0)),
         owner=owner,
         part=node,
         share=end.weights[owner, node],

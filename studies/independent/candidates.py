@@ -43,7 +43,8 @@ class Contacts:
     ``rubs`` (c,) says if it has friction, with the coefficient ``mu`` (c,), ``cap`` (c,) what the shear yield stress
     lets it carry at the end and ``cap_before`` (c,) at the start, inf where none is asked. ``tool`` (c,) numbers their
     tools. Where they are means of two ``bodies``, of which one may be far softer, each gives way by its own stiffness,
-    and ``before`` (c,) are the gaps that open, of the start, in means of its own configuration.
+    and ``before`` (c,) are the gaps that open, of the start, in means of its own configuration. Of slips by which
+    points come or go past an end a part ``passing`` (c,) touches; those by which they go are ``gone`` (c,), else nan.
 
     Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
     end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
@@ -66,6 +67,8 @@ class Contacts:
     cap_before: Floats | float = np.inf
     curved: Curved | None = None
     before: Floats | None = None
+    passing: Floats | float = 0.0
+    gone: Floats | float = np.nan
 
     @property
     def bodies(self) -> bool:

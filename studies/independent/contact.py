@@ -79,8 +79,9 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         taken = c.parts.sums(np.vecdot(pushed, went)) - mean[:, 1] * slip
         work, blurred = np.where(c.curved.apart, taken, work), c.parts.most(c.curved.blurred)
         moved, blur = moved + blurred, blur + EPS * blurred
-    rubs, against = _not_in_air(c, before, gap, went, s.whole), mean[:, 1] * slip
-    begins = np.where(tied, 0.0, rubs * _not_yet(c, step.start.forces, r, slip)) / 2 + (1 - rubs) * against
+    slid = np.where(np.isnan(c.gone), slip, c.gone)
+    rubs, against = _not_in_air(c, before, gap, went, s.whole), mean[:, 1] * slid
+    begins = np.where(tied, 0.0, rubs * _not_yet(c, step.start.forces, r, slid)) / 2 + (1 - rubs) * against
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
     sunk, unsure = _distance(step.held, step.end.nodes)
@@ -176,7 +177,8 @@ def _not_in_air(c: Contacts, before: Floats, after: Floats, went: Floats, size: 
     them; of slips of shaped tools what is before they come to points is left out already.
     """
     left = before if c.curved is None else np.minimum(c.curved.left, before)
-    return touching_part(left, before, after, c.parts.mean(np.vecdot(c.start_normal, went - c.taken)), size)
+    goes = c.parts.mean(np.vecdot(c.start_normal, went - c.taken))
+    return np.maximum(touching_part(left, before, after, goes, size), c.passing)
 
 
 def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:
