@@ -158,10 +158,9 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
     faces: Bools = part > NOTHING
     weights[faces] /= area[faces, None]
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
-    reach = np.divide(square, area, out=np.zeros(count), where=area > 0)
     part = np.where(faces, part, 0.0)[:, None]
     away, own = (_unit(np.where(faces[:, None], of, alone)) for of in (across, inward))
-    normal, off = _unit(part * away + (1 - part) * own), farther(nodes[flats], at, reach)
+    normal, off = _unit(part * away + (1 - part) * own), farther(nodes[flats], at, square / np.where(area > 0, area, 1))
     return SeenInSpace(node, weights, normal, part[:, 0], off, lowest)
 
 
@@ -286,8 +285,7 @@ def _square(s: Floats) -> tuple[Floats, Floats]:
 def _normal(x: Floats) -> Floats:
     """Unit normal (3,) of the mean plane of a face (k, 3)."""
     ways = (x[1] - x[0], x[2] - x[0]) if len(x) == 3 else (x[2] - x[0], x[3] - x[1])
-    normal = np.asarray(np.cross(*ways), dtype=np.float64)
-    return normal / np.linalg.norm(normal)
+    return _unit(np.cross(*ways)[None])[0]
 
 
 def _unit(vectors: Floats) -> Floats:
