@@ -124,6 +124,19 @@ def differences(scene_of, at, name, schedule, control, change=1e-4):
     return [{field: (b[field] - a[field]) / (2 * h) for field in TOLERANCES} for a, b in zip(less, more, strict=True)]
 
 
+def agree(scene_of, at, schedule, control):
+    """Require that slopes are smooth, and those of two marches."""
+    slopes = [found for _, found in sensitivities(scene_of, at, schedule, control)]
+    for name in at:
+        known = differences(scene_of, at, name, schedule, control)
+        assert all(found[name].smooth for found in slopes)
+        assert slopes[-1][name].resolved
+        for field, tolerance in TOLERANCES.items():
+            largest = max(np.abs(expected[field]).max() for expected in known)
+            for found, expected in zip(slopes, known, strict=True):
+                assert np.abs(getattr(found[name], field) - expected[field]).max() <= tolerance * largest, (name, field)
+
+
 @pytest.mark.parametrize(
     ("scene_of", "at", "increments", "first"),
     [
@@ -140,16 +153,7 @@ def differences(scene_of, at, name, schedule, control, change=1e-4):
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_slopes_are_those_of_two_marches_that_decide_the_same(scene_of, at, increments, first):
-    schedule = Schedule(increments, first)
-    slopes = [found for _, found in sensitivities(scene_of, at, schedule, EULER)]
-    for name in at:
-        known = differences(scene_of, at, name, schedule, EULER)
-        assert all(found[name].smooth for found in slopes)
-        assert slopes[-1][name].resolved
-        for field, tolerance in TOLERANCES.items():
-            largest = max(np.abs(expected[field]).max() for expected in known)
-            for found, expected in zip(slopes, known, strict=True):
-                assert np.abs(getattr(found[name], field) - expected[field]).max() <= tolerance * largest, (name, field)
+    agree(scene_of, at, Schedule(increments, first), EULER)
 
 
 def test_of_a_body_that_stays_a_cylinder_they_are_those_of_its_closed_form():

@@ -17,12 +17,11 @@ from bipot import (
     Support,
     block,
     brick,
-    sensitivities,
     together,
 )
 from bipot.certificate import Bounds
 from tests.deformable import pressed, shifted
-from tests.test_sensitivity import EULER, TOLERANCES, differences, metal
+from tests.test_sensitivity import EULER, agree, metal
 
 
 def punched(mu=0.2, strength=600.0, width=4.0, depth=0.4, shift=0.3, element=Element.Q4):
@@ -86,13 +85,4 @@ def slow(*of):
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_slopes_contain_how_what_is_faced_changes(scene_of, at):
-    schedule = Schedule(2)
-    slopes = [found for _, found in sensitivities(scene_of, at, schedule, EXACT)]
-    for name in at:
-        known = differences(scene_of, at, name, schedule, EXACT)
-        assert all(found[name].smooth for found in slopes)
-        assert slopes[-1][name].resolved
-        for field, tolerance in TOLERANCES.items():
-            largest = max(np.abs(expected[field]).max() for expected in known)
-            for found, expected in zip(slopes, known, strict=True):
-                assert np.abs(getattr(found[name], field) - expected[field]).max() <= tolerance * largest, (name, field)
+    agree(scene_of, at, Schedule(2), EXACT)
