@@ -46,11 +46,12 @@ class Memory:
     """What Newton carries from pass to pass: the last factor, the merits so far, and ``here``, the point where it is.
 
     ``here`` is made in the first pass, which includes its cost. ``flows`` counts the passes in which a body at rest
-    flowed, of which there are no merits.
+    flowed, of which there are no merits. The last factor at deformable tools is left in the ``cache``.
     """
 
     setup: Setup
     law: Law
+    cache: Cache
     linearised: Linearised[Pieces] | None = None
     merits: tuple[float, ...] = ()
     here: Point | None = None
@@ -72,9 +73,10 @@ class Newton:
         require_type(self.linear, LinearSolver, "newton.linear")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
-        """The state before the first pass; nothing is kept from other attempts."""
+        """The state before the first pass; at deformable tools with the last factor of the configuration before."""
         setup, frames = cache.setup(iterate), cache.frames(iterate.rows, iterate)
-        return Memory(setup, Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces)))
+        law = Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces))
+        return Memory(setup, law, cache, cache.handles.get(self.name))
 
     def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:
         """One step with a line search, or the flow of a body at rest; a factorisation unless the last one still serves.
@@ -94,6 +96,8 @@ class Newton:
         merits = (*state.merits, here.merit)
         frames = state.law.frames_at(here.iterate)
         linearised = self._linearised(state, here, frames, merits, clock)
+        if iterate.increment.system.candidates.deformable:
+            state.cache.handles[self.name] = linearised
         built = clock.outside()
         dx, new = linearised.step(iterate.residual, here.miss, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
@@ -116,10 +120,10 @@ class Newton:
         last, setup = state.linearised, state.setup
         # The first pass takes the tools' motion out of the merit, which is linear: its fall says less of the factor.
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
-        falls = len(merits) > 1 and merits[-1] <= fall * merits[-2] and here.error <= self.reuse.near
-        if last is not None and falls and last.pieces.same(here.pieces, self.reuse.turn):
+        falls = (len(merits) == 1 or merits[-1] <= fall * merits[-2]) and here.error <= self.reuse.near
+        if last is not None and falls and last.pieces.same(here.pieces, self.reuse.turn) and last.serves(frames):
             # The matrix is that of an earlier iterate, but what must vanish is that of this one, with its caps.
-            return replace(last, frames=frames, pieces=here.pieces)
+            return last.at(frames, here.pieces)
         with clock:
             element = here.iterate.tangent(here.r, setup.scratch)
         return factorised(here, element, frames, setup, self.linear)

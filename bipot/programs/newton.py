@@ -17,7 +17,7 @@ multipliers, no saddle point and no condensation. Contacts that share unknowns b
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, NamedTuple
 
 import numpy as np
@@ -74,6 +74,19 @@ class Linearised(Generic[L]):
         else:
             factor = border.factorise(data[:-1], pieces, solver)
         return Linearised(frames, pieces, factor, product)
+
+    def serves(self, frames: Frames) -> bool:
+        """Whether contacts in these frames are on the same unknowns."""
+        mine, its = self.frames.border, frames.border
+        alike = mine is None if its is None else mine is not None and np.array_equal(mine.contact, its.contact)
+        return alike and np.array_equal(self.frames.own, frames.own)
+
+    def at(self, frames: Frames, pieces: L) -> Linearised[L]:
+        """The same factor for contacts in such ``frames``, on these ``pieces``."""
+        mine, its = self.frames.border, frames.border
+        if mine is not None and its is not None:
+            frames = replace(frames, border=replace(its, pattern=mine.pattern))
+        return replace(self, frames=frames, pieces=pieces)
 
     def step(self, residual: Floats, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
         """(dx (n,), new r (c, d)) from rho (n,), the law's value ``miss`` and forces (c, d) at the iterate."""
