@@ -104,8 +104,15 @@ class Around(NamedTuple):
         point = tangent.law.point(end, r, tangent.here.pieces)
         linearised = replace(tangent.linearised, frames=tangent.law.frames.turned(end.rows), pieces=point.pieces)
         dx, new = linearised.step(end.residual, point.miss, r)
-        forces = point.pieces.at_caps(np.where(point.pieces.none, 0.0, new))
+        forces = np.where(point.pieces.none, 0.0, new)
         return dx, forces, alike and _same(point.pieces, tangent.here.pieces)
+
+    def at_caps(self, end: Iterate, r: Floats) -> Floats:
+        """Forces r (c, d) that are those of the caps and directions of slip at an iterate where caps hold friction.
+
+        Within steps they are not: directions of slip would follow them one step late.
+        """
+        return self.tangent.law.point(end, r, self.tangent.here.pieces).pieces.at_caps(r)
 
     def way(self, end: Iterate, r: Floats, dx: Floats) -> Floats:
         """The way (n,) from an iterate with the step dx (n,): dx itself, but at deformable tools (module docstring)."""
@@ -153,6 +160,7 @@ class Beside:
             dx, new, stays = around.step(end, forces)
             end, forces, smooth = around.at(end.x + around.way(end, forces, dx)), new, smooth and stays
             moves.append(max_abs(dx))
+        forces = around.at_caps(end, forces)
         self.tool_forces, self.smooth, self.left = end.tool_forces(forces), smooth, moves[-1]
         self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
 
