@@ -2,7 +2,8 @@
 
 Steps are those of Newton's method with the matrix of the accepted increment (:mod:`bipot.sensitivity`). It leaves out
 that deformable tools and their candidates face each other otherwise as nodes move. With the step h(x) from an iterate
-x, the way w from there solves h(x) + h'(x) w = 0, by GMRES with differences of steps.
+x, the way w from there solves h(x) + h'(x) w = 0, by GMRES with differences of steps. Where two ends are right before
+each other, what is faced has a kink: it changes otherwise on the way back (:meth:`Beside.kinked`).
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.control.accepted import Accepted
-from bipot.control.facing import refaced
+from bipot.control.facing import faced, refaced
 from bipot.errors import ProgramError, require
 from bipot.forms import Cache
 from bipot.forms.memory import Setup
@@ -34,6 +35,10 @@ matrix leaves out: changes of caps of friction, and of ways through the air to t
 
 AHEAD, KRYLOV = 1e-7, 30
 """Way, over the body's size, along which it is seen how steps change, and most ways of which a whole one is made."""
+
+
+KINK = 1e-3
+"""Part of its change that what sides face changes otherwise on the way back, above which it has a kink."""
 
 
 class Tangent(NamedTuple):
@@ -135,7 +140,7 @@ class Around(NamedTuple):
 class Beside:
     """A scene that goes along with the march, at its ``state``; what its tools bear and whether it is ``smooth``.
 
-    The last step to its answer ``left`` as much.
+    The last step to its answer, at the ``end`` of the increment, ``left`` as much.
     """
 
     system: System
@@ -143,6 +148,7 @@ class Beside:
     tool_forces: Floats = field(default_factory=lambda: np.zeros((0, 0)))
     smooth: bool = True
     left: float = 0.0
+    end: Iterate | None = None
 
     @staticmethod
     def of(system: System) -> Beside:
@@ -161,8 +167,24 @@ class Beside:
             end, forces, smooth = around.at(end.x + around.way(end, forces, dx)), new, smooth and stays
             moves.append(max_abs(dx))
         forces = around.at_caps(end, forces)
-        self.tool_forces, self.smooth, self.left = end.tool_forces(forces), smooth, moves[-1]
+        self.tool_forces, self.smooth, self.left, self.end = end.tool_forces(forces), smooth, moves[-1], end
         self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
+
+    def kinked(self, other: Beside) -> bool:
+        """Whether forces at nodes, or gaps and slips, have a kink on the way to an ``other`` scene beside this one.
+
+        Contacts that carry forces here are taken with what sides face where nodes are here, there and as far back.
+        """
+        if self.end is None or other.end is None or not self.system.candidates.deformable:
+            return False
+        end, r, now, then = self.end, self.state.forces, self.state.nodes, other.state.nodes
+        each = [end.rows, *(faced(end, nodes).rows for nodes in (then, 2 * now - then))]
+        here, there, back = (rows.forces(r) for rows in each)
+        change = max_abs(other.end.rows.forces(other.state.forces) - here)
+        if max_abs(there + back - 2 * here) > KINK * change:
+            return True
+        here, there, back = (rows.motion(end.x)[r.any(axis=1)] for rows in each)
+        return max_abs(there + back - 2 * here) > KINK * max_abs(then - now)
 
 
 def _same(one: Pieces, other: Pieces) -> bool:

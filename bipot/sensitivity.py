@@ -14,7 +14,8 @@ answer had left of its own equations, so that
 
 What a march decides is kept: where its increments end, and what part of the last flow is carried on. The derivative is
 that of a march which does the same, on the pieces of the law on which its contacts are. Where a contact is between two
-pieces, as one that lands at the very end of an increment, there is none: ``Slope.smooth`` says so. Round-off leaves an
+pieces, as one that lands at the very end of an increment, or where the side of one part ends right before the end of
+another's, there is none: ``Slope.smooth`` says so. Round-off leaves an
 error of some 1e-13 q/h, which is much where a parameter of that size hardly matters: ``Slope.resolved``.
 """
 
@@ -52,9 +53,10 @@ class Slope(EqualByNumbers):
     """Derivatives, by one parameter, of an accepted increment's ``tool_forces`` (k, d) and of its state's fields.
 
     These are ``nodes`` (a, d), ``stress`` (e, q, s) and ``peeq`` (e, q). ``smooth`` says that all contacts stay on
-    their pieces of the law as the parameter grows: touching or not, stuck or sliding; ``resolved`` that round-off is
-    not more than a thousandth of the largest slope of forces, or of that of nodes: the parameter matters by then, and
-    the steps to the changed answer have come to their end. Arrays are read-only.
+    their pieces of the law as the parameter grows: touching or not, stuck or sliding; and that what sides of parts
+    face has no kink there. ``resolved`` says that round-off is not more than a thousandth of the largest slope of
+    forces, or of that of nodes: the parameter matters by then, and the steps to the changed answer have come to their
+    end. Arrays are read-only.
     """
 
     tool_forces: Floats
@@ -179,6 +181,6 @@ def _slope(same: Beside, other: Beside, h: float) -> Slope:
         nodes=read_only((then.nodes - now.nodes) / h, np.float64),
         stress=read_only((then.stress - now.stress) / h, np.float64),
         peeq=read_only((then.peeq - now.peeq) / h, np.float64),
-        smooth=same.smooth and other.smooth,
+        smooth=same.smooth and other.smooth and not same.kinked(other),
         resolved=resolved,
     )

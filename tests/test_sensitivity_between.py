@@ -7,6 +7,8 @@ import pytest
 
 from bipot import (
     DeformableTool,
+    Elastic,
+    Elasticity,
     Element,
     Geometry,
     Mesh,
@@ -17,11 +19,12 @@ from bipot import (
     Support,
     block,
     brick,
+    march,
+    sensitivities,
     together,
 )
-from bipot.certificate import Bounds
-from tests.deformable import pressed, shifted
-from tests.test_sensitivity import EULER, agree, metal
+from tests.deformable import ELASTIC, pressed, shifted
+from tests.test_sensitivity import EXACT, agree, fields, metal
 
 
 def punched(mu=0.2, strength=600.0, width=4.0, depth=0.4, shift=0.3, element=Element.Q4):
@@ -62,12 +65,6 @@ def bricks(mu=0.2, width=2.0, depth=0.1):
     return Scene(mesh, Geometry.SOLID, metal(), supports, (tool,))
 
 
-BOUNDS = Bounds(equilibrium=1e-10, law=1e-9, cone_violation=1e-10)
-"""Differences of marches contain how far their answers are from the law, of which slopes are free."""
-
-EXACT = replace(EULER, limits=replace(EULER.limits, bounds=BOUNDS))
-
-
 def slow(*of):
     return pytest.param(*of, marks=pytest.mark.slow)
 
@@ -86,3 +83,37 @@ def slow(*of):
 )
 def test_slopes_contain_how_what_is_faced_changes(scene_of, at):
     agree(scene_of, at, Schedule(2), EXACT)
+
+
+def flush(over=0.0, poisson=0.3, mu=0.3):
+    """Two blocks on each other, the upper one wider by ``over``."""
+    upper = shifted(block(1.0 + over, 1.0, 3, 2), 0.0, 1.0)
+    sides = *(Support(name, 0) for name in ("low/left", "up/left")), Support("low/base", 1)
+    mesh, tool = together({"low": block(1.0, 1.0, 5, 2), "up": upper}), DeformableTool(("low/top",), ("up/base",), mu)
+    supports, regions = (*sides, Prescribed("up/top", 1, -0.01)), {"up": Elastic(Elasticity(210e3, poisson))}
+    return Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, supports, (tool,), regions=regions)
+
+
+@pytest.mark.parametrize(
+    ("name", "at", "smooth"),
+    [
+        ("over", {"over": 0.0}, False),
+        ("over", {"over": 0.05}, True),
+        ("poisson", {"poisson": 0.3, "mu": 0.0}, False),
+        ("poisson", {"poisson": 0.29, "mu": 0.0}, True),
+        ("mu", {"mu": 0.3}, True),
+    ],
+)
+def test_where_an_end_is_right_before_another_one_results_have_a_kink(name, at, smooth):
+    def scene_of(**changed):
+        return flush(**{**at, **changed})
+
+    *_, (_, slopes) = sensitivities(scene_of, {name: at[name]}, Schedule(1), EXACT, sizes={name: at[name] or 1.0})
+    assert slopes[name].smooth == smooth
+    # Differences to the one side and to the other are those of two slopes.
+    parts = [
+        [fields(accepted)["stress"] for accepted in march(scene_of(**{name: at[name] + h}), Schedule(1), EXACT)][-1]
+        for h in (-1e-4, 0.0, 1e-4)
+    ]
+    less, here, more = parts
+    assert (np.abs(more - 2 * here + less).max() > 5e-3 * np.abs(more - less).max()) == (not smooth)

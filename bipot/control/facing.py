@@ -94,7 +94,12 @@ class _Rough:
 
 def refaced(iterate: Iterate) -> Iterate:
     """An iterate with deformable tools before their candidates as where its own nodes are."""
-    return replace(iterate, increment=_facing(iterate.increment, iterate.nodes))
+    return faced(iterate, iterate.nodes)
+
+
+def faced(iterate: Iterate, nodes: Floats) -> Iterate:
+    """An iterate with deformable tools before their candidates as where nodes are at ``nodes`` (a, d)."""
+    return replace(iterate, increment=_facing(iterate.increment, nodes))
 
 
 def _facing(increment: Increment, nodes: Floats) -> Increment:
