@@ -119,10 +119,11 @@ def collapse(increment: Increment) -> Mechanism | None:
 
 def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism without strain by which no contact slips, as where the body tips over an edge."""
-    if (holding & (rows.mu == 0)).any():
-        raise InfeasibleProgram("smooth contacts may slip in any mechanism")
-    motions = increment.system.strainless_at(increment.start.nodes)
-    slips = rows.take(holding).G_t @ motions
+    system = increment.system
+    contacts, motions = system.candidates, system.strainless_at(increment.start.nodes)
+    # Smooth contacts have no rows of slip; with friction they would.
+    rough = replace(contacts, mu=np.where(contacts.mu == 0, 1.0, contacts.mu))
+    slips = replace(increment, system=replace(system, candidates=rough)).unmoved.rows.take(holding).G_t @ motions
     still = null_space(cleaned(slips, motions), rcond=ROUND_OFF)
     return replace(sliding(load, rows, motions @ still), rubs=False)
 

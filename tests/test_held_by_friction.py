@@ -167,9 +167,14 @@ def pushed_back() -> Scene:
 ACROSS = replace(pushed_back(), supports=(Support("base", 1),))
 """The same where a support holds a node of each jaw across the motion: no friction acts there, and none would help."""
 
+SMOOTH = replace(pushed_back(), tools=tuple(replace(tool, mu=0.0) for tool in pushed_back().tools))
+"""The same without friction: nothing slips in the motion, so that none would help either."""
+
 
 @pytest.mark.parametrize(
-    "made", [on_edge(0.5), on_edge(5.0), pushed_back(), ACROSS], ids=["tips", "rough", "pushed back", "held across"]
+    "made",
+    [on_edge(0.5), on_edge(5.0), pushed_back(), ACROSS, SMOOTH],
+    ids=["tips", "rough", "pushed back", "held across", "smooth"],
 )
 def test_more_friction_is_not_advised_where_none_would_hold(made):
     with pytest.raises(LimitPassed) as caught:
