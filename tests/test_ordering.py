@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from bipot import DeformableTool, Geometry, Scene, Support, block, together
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Newton
 from bipot.forms.memory import ordered
@@ -17,7 +18,7 @@ from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.frames import Frames, Touched
 from bipot.programs.ordering import Pattern, dissection, minimum_degree
 from studies.accuracy.block_alone import scene_of
-from tests.deformable import pressed
+from tests.deformable import STEEL, pressed, shifted
 
 
 def posed(elements):
@@ -101,6 +102,18 @@ PARDISO = pytest.mark.skipif(find_spec("pypardiso") is None, reason="pypardiso i
 def cube(elements=4):
     """The eighth of a block."""
     return scene_of(0.3, elements, 0.02)
+
+
+def test_a_coarse_side_before_a_fine_one_does_not_make_all_of_it_neighbours():
+    """Squares of its unknowns would take longer to be ordered than the factors do."""
+    fine, coarse = block(10.0, 1.0, 300, 1), shifted(block(8.0, 1.0, 1, 1), 1.0, 1.0)
+    tool = DeformableTool(("fine/top",), ("coarse/base",), 0.2)
+    mesh = together({"fine": fine, "coarse": coarse})
+    system = system_of(Scene(mesh, Geometry.PLANE_STRAIN, STEEL, (Support("fine/base", 1),), (tool,)))
+    space, rows = system.body.space, Increment(system, system.rest(), 0.1).rows
+    assert len(Touched.of(rows).dof) > 600
+    assert Touched.of(rows).coupled(space.size).nnz == 0
+    np.testing.assert_array_equal(ordered(space, rows).order, ordered(space).order)
 
 
 def test_in_space_nested_dissection_is_the_order_and_fills_less():

@@ -30,6 +30,11 @@ SOFTENED = 1e-2
 """Fraction of the elastic stiffness by which the law weighs forces against motions; it represents the plastic moduli.
 With the full stiffness, a point that lands or begins to slip alternates between states."""
 
+MANY = 120
+"""Unknowns of one contact, as of a coarse side before a fine one, above which they do not count as neighbours: pairs
+grow as their square, take longer to order than the factors take, and fill more than the force, which comes after all.
+"""
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -106,8 +111,9 @@ class Touched:
         return (shared == 0) & (np.bincount(self.contact, minlength=self.count) <= self.column.shape[1])
 
     def coupled(self, n: int) -> sp.csc_matrix:
-        """The pattern (n, n) of pairs of unknowns that one contact touches."""
-        touches = sp.csr_matrix((np.ones(len(self.dof)), (self.contact, self.dof)), shape=(self.count, n))
+        """The pattern (n, n) of pairs of unknowns that one contact touches, unless these are MANY."""
+        few = (np.bincount(self.contact, minlength=self.count) <= MANY)[self.contact]
+        touches = sp.csr_matrix((np.ones(few.sum()), (self.contact[few], self.dof[few])), shape=(self.count, n))
         return sp.csc_matrix(touches.T @ touches)
 
     def frames(self, chosen: Bools, n: int) -> tuple[Ints, Floats, Bools]:
