@@ -6,7 +6,20 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from bipot import DeformableTool, Geometry, Scene, Support, block, together
+from bipot import (
+    Circle,
+    DeformableTool,
+    Element,
+    Force,
+    Geometry,
+    Plane,
+    Sampling,
+    Scene,
+    ShapedTool,
+    Support,
+    block,
+    together,
+)
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Newton
 from bipot.forms.memory import ordered
@@ -86,14 +99,34 @@ class Filling(SuperLU):
         return found
 
 
-def test_unknowns_of_parts_that_contact_couples_count_as_neighbours(monkeypatch: pytest.MonkeyPatch):
+def most(scene, monkeypatch: pytest.MonkeyPatch, *ways):
+    """The most entries of factors of a march, with each way to say what contact couples."""
     found = []
-    for coupled in (Touched.coupled, lambda self, n: sp.csc_matrix((n, n))):
+    for coupled in ways:
         monkeypatch.setattr(Touched, "coupled", coupled)
         solver = Filling()
-        next(march(pressed(elements=16, press=0.01), Schedule(1), Control(Newton(linear=solver), ())))
+        next(march(scene, Schedule(1), Control(Newton(linear=solver), ())))
         found.append(solver.most)
-    assert found[0] < 0.8 * found[1]
+    return found
+
+
+def nothing(self, n):
+    return sp.csc_matrix((n, n))
+
+
+def test_unknowns_of_parts_that_contact_couples_count_as_neighbours(monkeypatch: pytest.MonkeyPatch):
+    with_them, alone = most(pressed(elements=16, press=0.01), monkeypatch, Touched.coupled, nothing)
+    assert with_them < 0.8 * alone
+
+
+@pytest.mark.parametrize("face", [Plane((0.0, 2.0), (0.0, -1.0)), Circle((5.0, 10.0), 8.0)], ids=["flat", "curved"])
+def test_means_at_a_tool_that_a_force_drives_make_no_neighbours(monkeypatch: pytest.MonkeyPatch, face):
+    """All of them act on its coordinate: as neighbours of each other they would fill a third more."""
+    push, mesh = Force((0.0, -100.0)), block(10.0, 2.0, 40, 8, element=Element.Q8)
+    tool = ShapedTool(face, (0.0, 0.0), ("top",), 0.2, sampling=Sampling.WEIGHTED, driven_by=push)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, STEEL, tuple(Support("base", k) for k in range(2)), (tool,))
+    as_made, alone = most(scene, monkeypatch, Touched.coupled, nothing)
+    assert as_made <= 1.05 * alone
 
 
 PARDISO = pytest.mark.skipif(find_spec("pypardiso") is None, reason="pypardiso is not installed")
