@@ -37,8 +37,9 @@ AHEAD, KRYLOV = 1e-7, 30
 """Way, over the body's size, along which it is seen how steps change, and most ways of which a whole one is made."""
 
 
-KINK = 1e-3
-"""Part of its change that what sides face changes otherwise on the way back, above which it has a kink."""
+RESOLVED, KINK = 1e-10, 1e-3
+"""Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth; part
+of a change, or of as much as that, by which what sides face changes otherwise on the way back where it has a kink."""
 
 
 class Tangent(NamedTuple):
@@ -180,11 +181,12 @@ class Beside:
         end, r, now, then = self.end, self.state.forces, self.state.nodes, other.state.nodes
         each = [end.rows, *(faced(end, nodes).rows for nodes in (then, 2 * now - then))]
         here, there, back = (rows.forces(r) for rows in each)
-        change = max_abs(other.end.rows.forces(other.state.forces) - here)
+        change = max(max_abs(other.end.rows.forces(other.state.forces) - here), RESOLVED * max_abs(here))
         if max_abs(there + back - 2 * here) > KINK * change:
             return True
         here, there, back = (rows.motion(end.x)[r.any(axis=1)] for rows in each)
-        return max_abs(there + back - 2 * here) > KINK * max_abs(then - now)
+        moved = max(max_abs(then - now), RESOLVED * self.system.body.scene.size)
+        return max_abs(there + back - 2 * here) > KINK * moved
 
 
 def _same(one: Pieces, other: Pieces) -> bool:

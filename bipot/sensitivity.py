@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.beside import Beside, Tangent
+from bipot.beside import RESOLVED, Beside, Tangent
 from bipot.control.accepted import Accepted
 from bipot.control.control import Control
 from bipot.errors import require, require_number, require_type
@@ -43,9 +43,8 @@ CHANGE = 1e-6
 LEAST = 1e-200
 """A change below this, or above its inverse, leaves no room for slopes among floats."""
 
-RESOLVED, LEFT = 1e-10, 1e-3
-"""Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth; part
-of the change of places, or of as much as that, above which a last step says that the answer was not found."""
+LEFT = 1e-3
+"""Part of the change of places, or of as much as is resolved, above which a last step says that no answer was found."""
 
 
 @dataclass(frozen=True, eq=False)

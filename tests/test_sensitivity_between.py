@@ -85,6 +85,19 @@ def test_slopes_contain_how_what_is_faced_changes(scene_of, at):
     agree(scene_of, at, Schedule(2), EXACT)
 
 
+def test_where_all_parts_are_says_nothing_of_what_they_face():
+    """What a parameter that moves the whole body changes there is round-off, and no kink."""
+
+    def moved(x):
+        scene = punched()
+        return replace(scene, mesh=shifted(scene.mesh, x, 0.0))
+
+    *_, (_, slopes) = sensitivities(moved, {"x": 0.0}, Schedule(1), EXACT, sizes={"x": 10.0})
+    assert slopes["x"].smooth
+    assert slopes["x"].resolved
+    np.testing.assert_allclose(slopes["x"].nodes, [[1.0, 0.0]] * len(slopes["x"].nodes), atol=1e-8)
+
+
 def flush(over=0.0, poisson=0.3, mu=0.3):
     """Two blocks on each other, the upper one wider by ``over``."""
     upper = shifted(block(1.0 + over, 1.0, 3, 2), 0.0, 1.0)
