@@ -13,7 +13,7 @@ from bipot.fem.strain import Scratch
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows
 from bipot.programs.frames import SOFTENED, Frames, Touched
-from bipot.programs.ordering import Pattern
+from bipot.programs.ordering import LARGE, Pattern
 from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
@@ -36,9 +36,9 @@ def ordered(space: Space, rows: ContactRows | None = None) -> Pattern:
     nodes = space.mesh.nodes
     places = np.full((space.size, nodes.shape[1]), np.nan)
     places[: len(space.free)] = np.repeat(nodes, nodes.shape[1], axis=0)[space.free]
-    return Pattern.of(
-        space.indices, space.indptr, places, None if rows is None else Touched.of(rows).coupled(space.size)
-    )
+    divided = space.size >= LARGE[nodes.shape[1]]
+    coupled = None if rows is None or divided else Touched.of(rows).coupled(space.size)
+    return Pattern.of(space.indices, space.indptr, places, coupled)
 
 
 @dataclass(frozen=True)
