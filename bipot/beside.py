@@ -36,7 +36,6 @@ matrix leaves out: changes of caps of friction, and of ways through the air to t
 AHEAD, KRYLOV = 1e-7, 30
 """Way, over the body's size, along which it is seen how steps change, and most ways of which a whole one is made."""
 
-
 RESOLVED, KINK = 1e-10, 1e-3
 """Change of the forces over themselves, or of places over the body's size, that round-off alters by a thousandth; part
 of a change, or of as much as that, by which what sides face changes otherwise on the way back where it has a kink."""

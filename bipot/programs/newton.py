@@ -169,7 +169,8 @@ def minimised(
             changed = True
         if error < best.error:
             best = Best(x, r, error, factors)
-        law = law if last is None else law.steadied(last.pieces, rows)
+        if last is not None and (steady := law.steadied(last.pieces, rows)) is not law:
+            law, miss = steady, steady.value(motion, r)
         serves = error <= FALL * before or best.error <= EXACT
         try:
             if last is None or not last.pieces.same(law, TURN if serves else ALIKE):
@@ -177,7 +178,7 @@ def minimised(
                 factors += 1
         except ProgramError:
             break
-        dx, r = last.step(residual, law.value(motion, r), r)
+        dx, r = last.step(residual, miss, r)
         # A force that the law says is zero has the round-off of its row left.
         x, r, before = x + dx, np.where(last.pieces.none, 0.0, r), error
     return best._replace(factors=factors)
