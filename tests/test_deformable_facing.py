@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from bipot import DeformableTool, Geometry, Prescribed, Scene, Support, block, together
-from bipot.tools.pieces import crossed, pieces
+from bipot.tools.passing import crossed
+from bipot.tools.pieces import pieces
 from tests.deformable import ELASTIC, shifted
 from tests.scenes import refused
 
@@ -17,11 +18,11 @@ def test_a_node_that_goes_through_an_edge_is_found():
     for up, found in ((0.31, None), (1.0, (2, [0, 1])), (9.0, (2, [0, 1]))):
         moved = nodes.copy()
         moved[2:, 1] += up
-        assert crossed(nodes, moved, points, edges) == found
+        assert crossed(nodes, moved, points, edges, np.array([np.inf])) == found
     # Seen from the edge that moves instead.
     moved = nodes.copy()
     moved[:2, 1] -= 1.0
-    assert crossed(nodes, moved, points, edges) == (2, [0, 1])
+    assert crossed(nodes, moved, points, edges, np.array([np.inf])) == (2, [0, 1])
 
 
 def test_what_is_behind_another_edge_faces_nothing():

@@ -27,8 +27,9 @@ from bipot import (
     march,
     together,
 )
+from bipot.tools.flats import outward
 from bipot.tools.passing import crossed, deep
-from bipot.tools.polygons import outward, polygons
+from bipot.tools.polygons import polygons
 from tests.deformable import ELASTIC, STEEL, shifted
 from tests.scenes import refused
 
@@ -140,11 +141,11 @@ def test_nodes_that_go_through_faces_and_faces_deep_in_each_other_are_found():
     for down, found in ((0.4, None), (0.7, (4, [0, 1, 2, 3])), (9.0, (4, [0, 1, 2, 3]))):
         moved = nodes.copy()
         moved[4:, 2] -= down
-        assert crossed(nodes, moved, points, faces) == found
+        assert crossed(nodes, moved, points, faces, np.array([np.inf])) == found
     above = np.vstack([nodes[:4], nodes[[3, 2, 1, 0]] - [0.0, 0.0, 0.1]])
-    assert deep(above, np.array([[0, 1, 2, 3]]), np.array([[4, 5, 6, 7]])) == 0.0
+    assert deep(above, np.array([[0, 1, 2, 3]]), np.array([[4, 5, 6, 7]]), False) == 0.0
     above[4:, 2] -= 0.3
-    assert deep(above, np.array([[0, 1, 2, 3]]), np.array([[4, 5, 6, 7]])) == pytest.approx(0.4)
+    assert deep(above, np.array([[0, 1, 2, 3]]), np.array([[4, 5, 6, 7]]), False) == pytest.approx(0.4)
 
 
 def test_forms_agree_and_work_is_kept():

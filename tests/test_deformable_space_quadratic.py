@@ -22,8 +22,8 @@ from bipot import (
 from bipot.fem.surface import facet_mass
 from bipot.scene.deformable import require_facing
 from bipot.tools.facing import facing
+from bipot.tools.flats import flats
 from bipot.tools.passing import crossed, deep
-from bipot.tools.polygons import flats
 from tests.deformable import shifted
 from tests.scenes import refused
 from tests.test_deformable_caps import K, dragged
@@ -59,12 +59,12 @@ def test_means_are_those_of_a_fine_sampling():
     places = _places(300)
     total, area = np.zeros(found.weights.get_shape()), np.zeros(len(sides.node))
     for face in sides.one:
-        for part, corners in zip(PARTS, flats(face[None]), strict=True):
+        for part, corners in zip(PARTS, flats(face[None], 3), strict=True):
             a, b, c = nodes[corners]
             normal = np.cross(b - a, c - a)
             x, shapes = places @ nodes[corners], _quadratic(places @ part)
             for other in sides.other:
-                for its, across in zip(PARTS, flats(other[None]), strict=True):
+                for its, across in zip(PARTS, flats(other[None], 3), strict=True):
                     # x + h n = u . corners with u_1 + u_2 + u_3 = 1.
                     A = np.vstack([np.column_stack([nodes[across].T, -normal]), [1.0, 1.0, 1.0, 0.0]])
                     u = np.linalg.solve(A, np.vstack([x.T, np.ones(len(x))])).T[:, :3]
@@ -101,7 +101,7 @@ def _quadratic(place):
 
 def test_points_share_the_area_of_plane_faces():
     mesh = brick(2.0, 1.0, 1.0, 2, 1, 1, element=Element.T10)
-    faces = flats(mesh.around("top"))
+    faces = flats(mesh.around("top"), 3)
     assert facet_mass(mesh.nodes, faces, Geometry.SOLID).sum() == pytest.approx(2.0)
     assert len(faces) == 4 * len(mesh.around("top"))
     middle = np.cross(*(np.diff(mesh.nodes[faces], axis=1)[:, k] for k in range(2)))
@@ -115,8 +115,8 @@ def test_middle_nodes_that_go_through_faces_are_found():
     moved[node, 2] -= 0.6
     volume = np.full(2, 1 / 6)
     assert crossed(mesh.nodes, moved, mesh.boundary_nodes("up/base"), mesh.around("low/top"), volume)[0] == node
-    assert deep(moved, mesh.around("up/base"), mesh.around("low/top")) > 0.3
-    assert deep(mesh.nodes, mesh.around("up/base"), mesh.around("low/top")) == 0
+    assert deep(moved, mesh.around("up/base"), mesh.around("low/top"), False) > 0.3
+    assert deep(mesh.nodes, mesh.around("up/base"), mesh.around("low/top"), False) == 0
 
 
 @pytest.mark.slow

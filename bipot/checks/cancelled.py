@@ -29,7 +29,7 @@ from bipot.fem.surface import facet_weights
 from bipot.iterate import Iterate
 from bipot.tensors import norm
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import Met, Sides
+from bipot.tools.facing import Integrands, Sides
 from bipot.typing import Floats, einsum
 
 ROUND_OFF = 64 * float(np.finfo(float).eps)
@@ -82,7 +82,7 @@ def _between(iterate: Iterate, sides: Sides, points: Points, normals: Floats) ->
 
     Both are zero where nothing is faced.
     """
-    met, du = Met.of(iterate.nodes, sides, iterate.increment.system.body.scene.ring), iterate.response.du
+    met, du = Integrands.of(iterate.nodes, sides, iterate.increment.system.body.scene.ring), iterate.response.du
     moved = einsum("sgk,skd->sgd", met.mine, du[met.own]) - einsum("sgk,skd->sgd", met.its, du[met.others])
     point, weight = points.edges[met.lines], met.weight[..., None] * met.psi
     n = normals[point][:, None]

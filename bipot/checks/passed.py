@@ -10,8 +10,7 @@ import numpy as np
 from bipot.errors import Refused
 from bipot.iterate import Iterate
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import crossed, deep
-from bipot.tools.passing import faces_crossed
+from bipot.tools.passing import crossed, deep, faces_crossed
 from bipot.tools.plane import area_of
 from bipot.typing import Floats, Ints
 

@@ -28,7 +28,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.symmetry import PLANAR
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.facing import lowest
-from bipot.tools.pieces import edge_shapes, edge_slopes
+from bipot.tools.flats import edge_shapes, edge_slopes
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints, read_only
 

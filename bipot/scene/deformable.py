@@ -9,7 +9,8 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import norm
 from bipot.tools.deformable import AnyTool, DeformableTool
-from bipot.tools.facing import deep, facing
+from bipot.tools.facing import facing
+from bipot.tools.passing import deep
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, Ints
 

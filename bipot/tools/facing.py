@@ -1,8 +1,7 @@
 r"""Contact of two boundaries of one mesh: means of the gap between them, and of their relative motion.
 
-Boundaries are polygons through their nodes, with two straight parts of an edge that has a node in the middle, and four
-triangles of a triangle in space that has three. Points p are the nodes of the boundary that may touch, with the hat
-functions psi_p that are linear along each of these parts. Seen along the normal of such a part, a place x of it faces
+Boundaries are polygons through their nodes (:mod:`bipot.tools.flats`). Points p are the nodes of the boundary that may
+touch, with the hat functions psi_p of these flat parts. Seen along the normal of such a part, a place x of it faces
 the place y(x) on the other boundary, and
 
     z_p = sum_k D_pk x_k - sum_l M_pl y_l,    D_pk = int psi_p N_k dA / int psi_p dA,    M_pl likewise with N_l(y(x)),
@@ -33,9 +32,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.tensors import norm, unit
-from bipot.tools import passing, polygons
-from bipot.tools import pieces as lines
-from bipot.tools.pieces import LEAST, edge_shapes, outward, pieces, straights
+from bipot.tools.flats import flats, hat_integrals, outward, shapes
+from bipot.tools.pieces import LEAST, Pieces, pieces
+from bipot.tools.polygons import polygons
 from bipot.typing import Floats, Ints
 
 CREASE = 0.5
@@ -83,7 +82,7 @@ class Sides:
         So it does at the corner of a body, of which one side may touch and the other be far off. In space faces that
         share an edge continue into each other, and a fan of such faces has one point.
         """
-        ends = straights(one) if nodes.shape[1] == 2 else polygons.flats(one)
+        ends = flats(one, nodes.shape[1])
         name = (_ends if nodes.shape[1] == 2 else _fans)(nodes, ends)
         _, first, point = np.unique(name, return_index=True, return_inverse=True)
         at = ends.ravel()[first]
@@ -112,7 +111,7 @@ def _fans(nodes: Floats, faces: Ints) -> Ints:
     # Imported here because only scenes in space need it.
     from scipy.sparse.csgraph import connected_components
 
-    place, out = np.arange(faces.size).reshape(faces.shape), polygons.outward(nodes[faces])
+    place, out = np.arange(faces.size).reshape(faces.shape), outward(nodes[faces])
     ahead, here, there = np.roll(place, -1, axis=1).ravel(), faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     # Neighbours run along their common edge in opposite directions: one begins where the other ends.
     key = np.minimum(here, there) * len(nodes) + np.maximum(here, there)
@@ -127,8 +126,8 @@ def _fans(nodes: Floats, faces: Ints) -> Ints:
     return np.asarray(name, np.intp).reshape(faces.shape)
 
 
-class Met(NamedTuple):
-    """Pieces (s,) of ``lines`` (s,) with nodes ``own`` (s, n), before such of the other side with ``others`` (s, n).
+class Integrands(NamedTuple):
+    """What is integrated over pieces (s,) of flat ``lines`` (s,) with nodes ``own`` (s, n), before ``others`` (s, n).
 
     Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g). The
     outward normal of the other side is ``across`` (s, d).
@@ -144,48 +143,35 @@ class Met(NamedTuple):
     across: Floats
 
     @staticmethod
-    def of(nodes: Floats, sides: Sides, ring: bool) -> Met:
-        """Those where ``nodes`` (a, d) are at their present places."""
-        return Met.in_space(nodes, sides) if nodes.shape[1] == 3 else Met.in_plane(nodes, sides, ring)
-
-    @staticmethod
-    def in_plane(nodes: Floats, sides: Sides, ring: bool) -> Met:
-        """Those of edges in a plane, or on the meridian of a ``ring``."""
-        one, other = sides.one, sides.other
-        found = pieces(nodes, one, other, ring)
-        mine, its = found.shapes(one.shape[1], other.shape[1])
-        return Met(
+    def of(nodes: Floats, sides: Sides, ring: bool) -> Integrands:
+        """Those where ``nodes`` (a, d) are at their present places; ``ring`` is as of :func:`pieces_of`."""
+        one, other, beyond = sides.one, sides.other, flats(sides.other, nodes.shape[1])
+        found = pieces_of(nodes, one, other, ring)
+        return Integrands(
             lines=found.one,
-            own=one[found.one // (one.shape[1] - 1)],
-            others=other[found.other // (other.shape[1] - 1)],
-            psi=edge_shapes(found.xi, 2),
-            mine=mine,
-            its=its,
-            weight=found.weight,
-            across=outward(nodes[straights(other)])[found.other],
-        )
-
-    @staticmethod
-    def in_space(nodes: Floats, sides: Sides) -> Met:
-        """Those of faces."""
-        one, other = sides.one, sides.other
-        flat = nodes[polygons.flats(other)]
-        found = polygons.polygons(nodes[sides.lines], flat)
-        return Met(
-            lines=found.one,
-            own=one[found.one // polygons.parts(one)],
-            others=other[found.other // polygons.parts(other)],
+            own=one[found.one // (len(sides.lines) // len(one))],
+            others=other[found.other // (len(beyond) // len(other))],
             psi=found.mine,
-            mine=polygons.face_shapes(found.mine, found.one, one.shape[1]),
-            its=polygons.face_shapes(found.its, found.other, other.shape[1]),
+            mine=shapes(found.mine, found.one, one.shape[1]),
+            its=shapes(found.its, found.other, other.shape[1]),
             weight=found.weight,
-            across=polygons.outward(flat)[found.other],
+            across=outward(nodes[beyond])[found.other],
         )
+
+
+def pieces_of(nodes: Floats, one: Ints, other: Ints, ring: bool) -> Pieces:
+    """The pieces of facets ``one`` (f, n) and ``other`` (g, n) that face each other, with ``nodes`` at (a, d).
+
+    In a plane it may be the meridian of a ``ring``.
+    """
+    if nodes.shape[1] == 2:
+        return pieces(nodes, one, other, ring)
+    return polygons(*(nodes[flats(of, 3)] for of in (one, other)))
 
 
 def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
-    """The points of the ``sides`` where ``nodes`` (a, d) are at their present places; ``ring`` as of :func:`pieces`."""
-    found, node = Met.of(nodes, sides, ring), sides.node
+    """The points of the ``sides`` with ``nodes`` at their present places (a, d); ``ring`` as of :func:`pieces_of`."""
+    found, node = Integrands.of(nodes, sides, ring), sides.node
     count, size = len(node), len(nodes)
     point = sides.point[found.lines]
     share = np.einsum("sg,sgp->sp", found.weight, found.psi)
@@ -200,7 +186,7 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     ]
     values, rows, columns = (np.concatenate([part[k].ravel() for part in entries]) for k in range(3))
     ends = nodes[sides.lines]
-    whole = np.bincount(sides.point.ravel(), _hats(ends, ring).ravel(), count)
+    whole = np.bincount(sides.point.ravel(), hat_integrals(ends, ring).ravel(), count)
     part = np.minimum(area / whole, 1.0)
     apart = np.flatnonzero(part <= LEAST)
     kept = ~np.isin(rows, apart)
@@ -208,7 +194,7 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     place = np.concatenate([rows[kept], apart]), np.concatenate([columns[kept], node[apart]])
     weights = sp.csr_matrix((data, place), shape=(count, size))
     weights.sum_duplicates()
-    out = (outward if nodes.shape[1] == 2 else polygons.outward)(ends)
+    out = outward(ends)
     theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
     np.add.at(theirs, point, share[..., None] * found.across[:, None])
     np.add.at(ours, point, -share[..., None] * out[found.lines][:, None])
@@ -233,31 +219,6 @@ def rounding(nodes: Floats, sides: Sides, reach: Floats) -> Floats:
     return FILLET * size * np.maximum(1 - reach / ROUND, 0.0) ** 2
 
 
-def _hats(ends: Floats, ring: bool) -> Floats:
-    """int psi dA (l, k) of the hat functions of lines (l, 2, 2), of a ``ring`` that of a radian, or faces (l, k, 3)."""
-    if ends.shape[2] == 3:
-        return polygons.hats(ends)
-    length = norm(ends[:, 1] - ends[:, 0])[:, None] / 2
-    return length * (ends[..., 0] * 2 / 3 + ends[:, ::-1, 0] / 3) if ring else np.repeat(length, 2, axis=1)
-
-
 def lowest(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
     """The least gap between facets ``one`` (f, n) and ``other`` (g, n) that face each other; 0 if none is below it."""
-    if nodes.shape[1] == 3:
-        return float(polygons.polygons(*(nodes[polygons.flats(of)] for of in (one, other))).lowest.min(initial=0.0))
-    return float(pieces(nodes, one, other, ring).lowest.min(initial=0.0))
-
-
-def deep(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:
-    """How deep facets ``one`` (f, n) and ``other`` (g, n) are in each other, 0 up to a quarter of their size."""
-    return passing.deep(nodes, one, other) if nodes.shape[1] == 3 else lines.deep(nodes, one, other, ring)
-
-
-def crossed(
-    nodes: Floats, moved: Floats, points: Ints, facets: Ints, volume: Floats | None = None
-) -> tuple[int, list[int]] | None:
-    """A node of ``points`` (p,) that goes through one of the ``facets`` (f, n) on the way to ``moved`` (a, d).
-
-    The elements behind them have the ``volume`` (f,), in a plane their area.
-    """
-    return (passing if nodes.shape[1] == 3 else lines).crossed(nodes, moved, points, facets, volume)
+    return float(pieces_of(nodes, one, other, ring).lowest.min(initial=0.0))

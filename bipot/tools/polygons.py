@@ -1,27 +1,20 @@
 """Pieces of two boundaries in space that face each other.
 
-Faces are triangles or squares, and triangles with nodes in the middle of their edges the four :func:`flats` between
-these. Where two of them overlap, seen along the normal of the mean plane of one, the polygon that they have in common
-is cut into triangles from its centroid. Places on squares are those of their bilinear shape functions. Integration is
-exact on triangles and parallelograms; on other squares integrands are rational, and what is left out nearly cancels
-between the triangles around a centroid.
+Faces are the flat parts of :mod:`bipot.tools.flats`. Where two of them overlap, seen along the normal of the mean plane
+of one, the polygon that they have in common is cut into triangles from its centroid. Places on squares are those of
+their bilinear shape functions. Integration is exact on triangles and parallelograms; on other squares integrands are
+rational, and what is left out nearly cancels between the triangles around a centroid.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from bipot.tensors import norm, unit
+from bipot.tools.flats import SQUARE, bilinear, outward
+from bipot.tools.pieces import FACES, LEAST, Pieces
 from bipot.tools.plane import area_of, cross
 from bipot.typing import Bools, Floats, Ints, max_abs
-
-FACES = -0.1
-"""Largest product of the outward normals of two faces that face each other."""
-
-LEAST = 1e-9
-"""Over the area of a face, a piece no larger than this is none."""
 
 BLOCK = 2_000_000
 """Pairs of faces that are looked at together."""
@@ -37,7 +30,6 @@ STEPS = 6
 PLACED = 8 * EPS
 """Over the size of a square, an error of such a place that is round-off."""
 
-SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 BILINEAR = np.stack([SQUARE[:, 0], SQUARE[:, 1], SQUARE[:, 0] * SQUARE[:, 1]])
 """Four times the coefficients (3, 4) of xi, eta and xi eta by the corners of a square."""
 
@@ -49,62 +41,12 @@ SHARES = np.repeat([CORNERS[0], SIDES[0]], 3)
 """Its weights (6,) in the mean."""
 
 
-FLATS = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""The nodes (4, 3) of the flat parts of a triangle with six nodes, all in the sense of the whole."""
-
-THERE = np.vstack([np.eye(3), (np.eye(3) + np.roll(np.eye(3), 1, axis=1)) / 2])[FLATS]
-"""Barycentric places (4, 3, 3) of these in the whole."""
-
-
-def parts(faces: Ints) -> int:
-    """The number of flat parts of each of the ``faces`` (f, n)."""
-    return len(FLATS) if faces.shape[1] == 6 else 1
-
-
-def flats(faces: Ints) -> Ints:
-    """The triangles or squares (l, k) of faces (f, n) with n = 3, 4 or 6 nodes, face by face.
-
-    >>> flats(np.array([[7, 8, 9, 10, 11, 12]])).tolist()
-    [[7, 10, 12], [10, 8, 11], [12, 11, 9], [10, 11, 12]]
-    """
-    return faces if parts(faces) == 1 else faces[:, FLATS].reshape(-1, 3)
-
-
-def face_shapes(at: Floats, flat: Ints, count: int) -> Floats:
-    """Shape functions (s, g, n) of faces with n = ``count`` nodes, by those ``at`` (s, g, k) on their flats (s,)."""
-    if count < 6:
-        return at
-    place = at @ THERE[flat % len(FLATS)]
-    return np.concatenate([place * (2 * place - 1), 4 * place * np.roll(place, -1, axis=-1)], axis=-1)
-
-
-class Polygons(NamedTuple):
-    """Triangles (s,) in which ``one`` face (s,) and the ``other`` (s,) face each other.
-
-    Shape functions ``mine`` (s, g, k) of the one and ``its`` (s, g, l) of the other face at integration points, and
-    their weights (s, g) in int dA. The least gap of the polygon to which the triangle belongs is ``lowest`` (s,).
-    """
-
-    one: Ints
-    other: Ints
-    mine: Floats
-    its: Floats
-    weight: Floats
-    lowest: Floats
-
-
-def outward(corners: Floats) -> Floats:
-    """Outward unit normals (f, 3) of faces (f, k, 3), of their mean plane."""
-    if corners.shape[1] == 3:
-        return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    return unit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
-
-
-def polygons(one: Floats, other: Floats) -> Polygons:
-    """The polygons in which faces ``one`` (f, k, 3) and ``other`` (g, l, 3) face each other.
+def polygons(one: Floats, other: Floats) -> Pieces:
+    """The polygons in which faces ``one`` (f, k, 3) and ``other`` (g, l, 3) face each other, cut into triangles.
 
     Seen along the normals of the former, of several faces before one place the nearest counts, and none that is farther
-    behind it than both are large, or behind the other side of a thin part.
+    behind it than both are large, or behind the other side of a thin part. The least gap of a triangle is that of its
+    polygon.
     """
     out = outward(one)
     i, j = _near(one, other, out, outward(other))
@@ -127,17 +69,7 @@ def polygons(one: Floats, other: Floats) -> Polygons:
     piece = kept[piece]
     places = RULE @ fans[piece, corner]
     weight = area[piece, corner][:, None] * SHARES
-    return Polygons(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
-
-
-def hats(corners: Floats) -> Floats:
-    """int N dA (f, k) of faces (f, k, 3)."""
-    if corners.shape[1] == 3:
-        size = norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-        return np.repeat(size[:, None] / 6, 3, axis=1)
-    shapes, slopes = _bilinear(SQUARE / np.sqrt(3.0))
-    first, second = (slopes[..., k] @ corners for k in range(2))
-    return norm(np.cross(first, second)) @ shapes
+    return Pieces(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
 
 
 def _near(one: Floats, other: Floats, out: Floats, beyond: Floats) -> tuple[Ints, Ints]:
@@ -260,14 +192,7 @@ def _placed(corners: Floats, points: Floats) -> Floats:
             break
         steps = np.stack([cross(left, by_second), cross(by_first, left)], axis=-1)
         places = places + steps / cross(by_first, by_second)[..., None]
-    return _bilinear(places)[0]
-
-
-def _bilinear(places: Floats) -> tuple[Floats, Floats]:
-    """Shape functions (…, 4) of a square at ``places`` (…, 2), and their derivatives (…, 4, 2)."""
-    factors = (1 + SQUARE * places[..., None, :]) / 2
-    slopes = SQUARE / 2 * factors[..., ::-1]
-    return factors[..., 0] * factors[..., 1], slopes
+    return bilinear(places)[0]
 
 
 def seen(faces: Floats, x: Floats) -> Floats:

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot import Accepted, DeformableTool, Element, Mesh
-from bipot.tools.pieces import edge_shapes, pieces, straights
+from bipot.tools.flats import flats
+from bipot.tools.pieces import pieces
 from bipot.typing import Floats
 from studies.element_scenes import tensor
 from studies.verification.indentation import FINE, lines
@@ -91,10 +92,8 @@ def borne(accepted: Accepted) -> Borne:
     sides = tool.candidates, tool.surface
     one, other = (np.concatenate([mesh.surface(name)[0] for name in names]) for names in sides)
     found = pieces(nodes, one, other, system.body.scene.ring)
-    share = np.einsum("sg,sgp->sp", found.weight, edge_shapes(found.xi, 2)) * (
-        2 * np.pi if system.body.scene.ring else 1.0
-    )
+    share = np.einsum("sg,sgp->sp", found.weight, found.mine) * (2 * np.pi if system.body.scene.ring else 1.0)
     area = np.zeros(len(nodes))
-    np.add.at(area, straights(one)[found.one], share)
+    np.add.at(area, flats(one, 2)[found.one], share)
     order = np.argsort(nodes[node, 0])
     return Borne(nodes[node[order]], accepted.solved.r[order], area[node[order]])
