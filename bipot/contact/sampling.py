@@ -21,11 +21,11 @@ nodes, and both choices are the same. On linear faces the points are always the 
 functions would give the same forces r for closed contacts, but pressures M^-1 r, M_ij = int N_i N_j dA, whose
 alternating part is up to nine times that of r_p / int N_p dA.
 
-Facets that continue into each other at their ends share a point there. A mean around such an end stops where the
-boundary turns by more than :data:`CREASE`. At a corner of the body with one side on the tool and the other going up,
-each side has its own point. So have a side and its mirror image beyond a plane of symmetry if they form a crease there,
-and all facets where parts of the body touch (at one node in a plane, along one edge in space). In space two faces
-continue into each other at a node if they share an edge there; a fan of such faces has one point.
+Facets that continue into each other at their ends (:mod:`bipot.tools.fans`) share a point there. A mean around such an
+end stops where the boundary turns by more than :data:`~bipot.tools.fans.CREASE`. At a corner of the body with one side
+on the tool and the other going up, each side has its own point. So have a side and its mirror image beyond a plane of
+symmetry if they form a crease there, and all facets where parts of the body touch (at one node in a plane, along one
+edge in space).
 """
 
 from __future__ import annotations
@@ -42,12 +42,10 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
+from bipot.tools.fans import CREASE, beside, fans, twice
 from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, Vector, read_only
-
-CREASE = 0.5
-"""Cosine of the largest angle, 60 degrees, by which a facet may turn from its neighbour and share a point with it."""
 
 
 @dataclass(frozen=True)
@@ -121,38 +119,14 @@ def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
 
 
 def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:
-    """Points (f, k) at the ``ends`` (k,) of quadratic facets (f, n), and their nodes (p,), sorted.
-
-    There is one point for each fan of facets that continue into each other at a node.
-    """
-    # Imported here because only scenes with means need it.
-    from scipy.sparse.csgraph import connected_components
-
-    node, place = facets[:, ends].ravel(), np.arange(facets[:, ends].size)
+    """Points (f, k) at the ``ends`` (k,) of quadratic facets (f, n), one for each fan, and their nodes (p,), sorted."""
+    node = facets[:, ends]
     if nodes.shape[1] == 2:
-        # Edges that continue straight leave their node in opposite directions; of three or more none continues.
-        (one, other), way = _twice(node[:, None]), _away(nodes, facets).reshape(-1, 2)
-        cosine = -np.vecdot(way[one], way[other])
-    else:
-        after = np.roll(place.reshape(-1, len(ends)), -1, axis=1).ravel()
-        a, b = _twice(np.sort(node[np.column_stack([place, after])], axis=1))
-        # Neighbours run along their common edge in opposite directions: one begins where the other ends.
-        one, other = np.concatenate([a, after[a]]), np.concatenate([after[b], b])
-        normal = _normals(nodes, facets, len(ends)).reshape(-1, 3)
-        cosine = np.vecdot(normal[one], normal[other])
-    links = sp.coo_array((cosine >= CREASE, (one, other)), shape=(len(node), len(node)))
-    links.eliminate_zeros()
-    _, part = connected_components(links, directed=False)
-    _, found = np.unique(part, return_index=True)
-    rank = np.argsort(node[found], kind="stable")
-    return np.argsort(rank)[part].reshape(-1, len(ends)), node[found][rank]
-
-
-def _twice(keys: Ints) -> tuple[Ints, Ints]:
-    """Where each row of the ``keys`` (m, k) that is there exactly twice is first (p,), and again (p,)."""
-    _, key, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    order, first = np.argsort(key.ravel(), kind="stable"), (np.cumsum(count) - count)[count == 2]
-    return order[first], order[first + 1]
+        # Edges that continue straight leave their node in opposite directions.
+        (one, other), way = twice(node.reshape(-1, 1)), _away(nodes, facets).reshape(-1, 2)
+        return fans(node, one, other, -np.vecdot(way[one], way[other]))
+    (one, other), normal = beside(node), _normals(nodes, facets, len(ends)).reshape(-1, 3)
+    return fans(node, one, other, np.vecdot(normal[one], normal[other]))
 
 
 def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:

@@ -32,13 +32,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.tensors import norm, unit
+from bipot.tools.fans import beside, fans, twice
 from bipot.tools.flats import flats, hat_integrals, outward, shapes
 from bipot.tools.pieces import LEAST, Pieces, pieces
 from bipot.tools.polygons import polygons
 from bipot.typing import Floats, Ints
-
-CREASE = 0.5
-"""Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
 
 ROUND, FILLET = 0.05, 0.02
 """Reach of the other side before a point below which the point is at a rounded end, and how deep this is rounded, over
@@ -79,51 +77,19 @@ class Sides:
     def of(nodes: Floats, one: Ints, other: Ints) -> Sides:
         """With one point a node, or two where the boundary at ``nodes`` (a, d) turns by more than 60 degrees.
 
-        So it does at the corner of a body, of which one side may touch and the other be far off. In space faces that
-        share an edge continue into each other, and a fan of such faces has one point.
+        So it does at the corner of a body, of which one side may touch and the other be far off. In space a fan of
+        faces that continue into each other has one point.
         """
         ends = flats(one, nodes.shape[1])
-        name = (_ends if nodes.shape[1] == 2 else _fans)(nodes, ends)
-        _, first, point = np.unique(name, return_index=True, return_inverse=True)
-        at = ends.ravel()[first]
-        order = np.argsort(at, kind="stable")
-        return Sides(one, other, ends, np.argsort(order)[point].reshape(ends.shape), at[order])
-
-
-def _ends(nodes: Floats, edges: Ints) -> Ints:
-    """Names (l, 2) of the points at the ends of straight edges (l, 2)."""
-    out = outward(nodes[edges])
-    # The edge before and after each node, as edges run anticlockwise.
-    number, before = np.arange(len(edges)), np.full(len(nodes), -1)
-    before[edges[:, 1]] = number
-    own = np.where(before[edges[:, 0]] >= 0, before[edges[:, 0]], number)
-    smooth = np.vecdot(out, out[own]) >= CREASE
-    # A point is named by the edge that begins there, or ends there if none goes on from it.
-    begins = np.where(smooth & (own != number), own, -1)
-    names = np.empty(edges.shape, np.intp)
-    names[:, 1] = len(edges) + number
-    names[:, 0] = np.where(begins >= 0, len(edges) + begins, number)
-    return names
-
-
-def _fans(nodes: Floats, faces: Ints) -> Ints:
-    """Names (f, k) of the points at the corners of faces (f, k)."""
-    # Imported here because only scenes in space need it.
-    from scipy.sparse.csgraph import connected_components
-
-    place, out = np.arange(faces.size).reshape(faces.shape), outward(nodes[faces])
-    ahead, here, there = np.roll(place, -1, axis=1).ravel(), faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    # Neighbours run along their common edge in opposite directions: one begins where the other ends.
-    key = np.minimum(here, there) * len(nodes) + np.maximum(here, there)
-    order = np.argsort(key, kind="stable")
-    twice = np.flatnonzero(key[order][1:] == key[order][:-1])
-    a, b = order[twice], order[twice + 1]
-    smooth = np.vecdot(out[a // faces.shape[1]], out[b // faces.shape[1]]) >= CREASE
-    a, b = a[smooth], b[smooth]
-    links = np.concatenate([a, ahead[a]]), np.concatenate([ahead[b], b])
-    graph = sp.coo_array((np.ones(2 * len(a)), links), shape=(faces.size, faces.size))
-    _, name = connected_components(graph, directed=False)
-    return np.asarray(name, np.intp).reshape(faces.shape)
+        out = outward(nodes[ends])
+        if nodes.shape[1] == 2:
+            # Of two points at a node the first is that of the edge that begins there.
+            a, b = twice(ends.T.reshape(-1, 1))
+            point, node = fans(ends.T, a, b, np.vecdot(out[a % len(ends)], out[b % len(ends)]))
+            return Sides(one, other, ends, point.T, node)
+        a, b = beside(ends)
+        point, node = fans(ends, a, b, np.vecdot(out[a // ends.shape[1]], out[b // ends.shape[1]]))
+        return Sides(one, other, ends, point, node)
 
 
 class Integrands(NamedTuple):
