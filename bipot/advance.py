@@ -177,7 +177,7 @@ class Advance:
         if not self.candidates.deformable:
             return alone
         both = self.candidates.met.motion(self.parted)
-        return np.where(self.between[self.candidates.parts.owner, None], both, alone)
+        return np.where(self.candidates.between[self.candidates.parts.owner, None], both, alone)
 
     @cached_property
     def parted(self) -> Floats:
@@ -247,24 +247,17 @@ class Advance:
         contacts = self.candidates
         if not contacts.deformable:
             return self.start.gap
-        return np.where(self.between, contacts.distance(self.start.nodes, self.placed), self.start.gap)
-
-    @cached_property
-    def between(self) -> Bools:
-        """Which candidates (c,) meet deformable tools."""
-        contacts = self.candidates
-        return np.array([isinstance(tool, DeformableTool) for tool in contacts.scene.tools])[contacts.tool]
+        return np.where(contacts.between, contacts.distance(self.start.nodes, self.placed), self.start.gap)
 
     @cached_property
     def farther(self) -> Floats:
         """How much farther off (2, c) deformable tools are felt at start and end (:mod:`bipot.contact.faced`)."""
-        contacts, x = self.candidates, self.start.nodes
-        out = np.zeros((2, len(contacts.node)))
-        for tool, at, number in zip(contacts.scene.tools, contacts.points, contacts.number, strict=True):
-            if isinstance(tool, DeformableTool):
-                both = points(contacts.scene, tool, x).faced, at.faced
-                out[:, number[number >= 0]] = np.stack([of.farther for of in both if of])[:, number >= 0]
-        return out
+        contacts, scene = self.candidates, self.candidates.scene
+        begun = [
+            points(scene, tool, self.start.nodes) if isinstance(tool, DeformableTool) else at
+            for tool, at in zip(scene.tools, contacts.points, strict=True)
+        ]
+        return np.stack([contacts.of_points(*(at.farther for at in every)) for every in (begun, contacts.points)])
 
     @cached_property
     def opening(self) -> Floats:

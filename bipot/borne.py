@@ -41,7 +41,6 @@ from bipot.contact.closeness import carries, closed
 from bipot.state import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
-from bipot.tools.deformable import DeformableTool
 from bipot.tools.poses import crossed, turned_on
 from bipot.tools.surfaces import Plane
 from bipot.typing import Bools, Floats
@@ -221,10 +220,8 @@ class Riding:
     def _weights(self) -> Floats:
         """Weights (k, w) of the parts in the mean over each tool's points (module docstring)."""
         contacts, r = self.candidates, self.start.forces
-        touching = closed(self.start.gap, r, contacts.scene.size)
         # A part of the body is no tool that carries it.
-        rigid = np.array([not isinstance(tool, DeformableTool) for tool in contacts.scene.tools])
-        touching = touching & rigid[contacts.tool]
+        touching = closed(self.start.gap, r, contacts.scene.size) & ~contacts.between
         pushing = contacts.owned & touching & carries(r)
         resting = (contacts.owned & touching) * contacts.share
         share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], resting)

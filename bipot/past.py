@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.contact.closeness import NEXT_TO
 from bipot.programs.data import ContactRows
 from bipot.scene.paces import BEGINNING, Paces
 from bipot.schedule import ROUND_OFF
@@ -60,4 +61,6 @@ def past_of(system: System, start: State, tau: float, rows: Callable[[], Contact
     posed = rows()
     there = posed.motion(system.body.space.gather(going))[:, 0]
     gap = np.minimum.reduce([start.gap, posed.gap, there])
-    return Past(start, scene.paces(contacts.felt(start.forces, gap, max_abs(going))))
+    # Tools that carry forces, or come to do so.
+    felt = contacts.owned & (start.forces.any(axis=1) | (gap <= NEXT_TO * max_abs(going)))
+    return Past(start, scene.paces(felt.any(axis=1)))

@@ -27,10 +27,11 @@ from bipot.contact.sampling import Points, hats
 from bipot.fem.elements import facet
 from bipot.fem.surface import facet_weights
 from bipot.iterate import Iterate
+from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.facing import Integrands, Sides
-from bipot.typing import Floats, einsum
+from bipot.typing import Floats, Ints, einsum
 
 ROUND_OFF = 64 * float(np.finfo(float).eps)
 """Mean slip over the size of the body below which friction lost is round-off."""
@@ -51,46 +52,50 @@ def cancelled(iterate: Iterate, r: Floats) -> float:
 
 def _parted(iterate: Iterate) -> Floats:
     """Mean length of the slips within each candidate's mean (c,), less the length of their mean."""
-    contacts = iterate.increment.system.candidates
-    scene, d = contacts.scene, contacts.scene.mesh.dimension
-    lengths, slips = np.zeros(len(contacts.node)), np.zeros((len(contacts.node), d))
-    moved = _slips(iterate) if contacts.weighted else None
-    for k, (tool, points, number) in enumerate(zip(scene.tools, contacts.points, contacts.number, strict=True)):
-        used = number >= 0
+    contacts, d = iterate.increment.system.candidates, iterate.increment.system.body.scene.mesh.dimension
+    moved = _slips(iterate) if contacts.weighted else np.empty(0)
+    found = list[tuple[Floats, Floats]]()
+    for k, (tool, points) in enumerate(zip(contacts.scene.tools, contacts.points, strict=True)):
         if isinstance(tool, DeformableTool) and points.faced is not None:
-            length, mean = _between(iterate, tool.sides, points, points.faced.normals)
-            lengths[number[used]], slips[number[used]] = length[used], mean[used]
-        if not points.weighted or moved is None:
-            continue
-        table = facet(points.lines.shape[1], d)
-        psi = table.values @ hats(points.lines.shape[1], d).T
-        weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, points.lines, scene.geometry), psi)
-        area = np.bincount(points.edges.ravel(), weight.sum(axis=1).ravel())
-        slip = table.values @ moved[k][points.lines]
-        length, mean = np.zeros(len(area)), np.zeros((len(area), d))
-        np.add.at(length, points.edges, einsum("fqk,fq->fk", weight, norm(slip)))
-        np.add.at(mean, points.edges, einsum("fqk,fqd->fkd", weight, slip))
-        lengths[number[used]] = length[used] / area[used]
-        slips[number[used]] = mean[used] / area[used, None]
+            found.append(_between(iterate, tool.sides, points.faced.normals))
+        elif points.weighted:
+            found.append(_within(contacts.scene, points, moved[k]))
+        else:
+            found.append((np.zeros(len(points.node)), np.zeros((len(points.node), d))))
+    lengths, slips = (contacts.of_points(*of) for of in zip(*found, strict=True))
     # In a plane a mean that continues beyond an axis or a plane of symmetry does not slip, nor do supports move it.
     still = ~(contacts.tangent_free | contacts.tangent_held)
     return np.maximum(lengths - np.where(still, 0.0, norm(contacts.means.kept(slips))), 0.0)
 
 
-def _between(iterate: Iterate, sides: Sides, points: Points, normals: Floats) -> tuple[Floats, Floats]:
-    """Mean lengths (p,) of slips of ``sides`` of parts, and means (p, d), around ``points`` with ``normals`` (p, d).
+def _within(scene: Scene, points: Points, moved: Floats) -> tuple[Floats, Floats]:
+    """:func:`_means` around ``points`` at a rigid tool, where nodes have ``moved`` (a, d) along it."""
+    lines, d = points.lines, moved.shape[1]
+    table = facet(lines.shape[1], d)
+    psi = table.values @ hats(lines.shape[1], d).T
+    weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, lines, scene.geometry), psi)
+    return _means(points.edges, weight, (table.values @ moved[lines])[:, :, None], len(points.node))
 
-    Both are zero where nothing is faced.
-    """
+
+def _between(iterate: Iterate, sides: Sides, normals: Floats) -> tuple[Floats, Floats]:
+    """:func:`_means` around the points of ``sides`` of parts, which have ``normals`` (p, d)."""
     met, du = Integrands.of(iterate.nodes, sides, iterate.increment.system.body.scene.ring), iterate.response.du
     moved = einsum("sgk,skd->sgd", met.mine, du[met.own]) - einsum("sgk,skd->sgd", met.its, du[met.others])
-    point, weight = points.edges[met.lines], met.weight[..., None] * met.psi
+    point, weight = sides.point[met.lines], met.weight[..., None] * met.psi
     n = normals[point][:, None]
     slip = moved[:, :, None] - np.vecdot(moved[:, :, None], n)[..., None] * n
-    area, length, mean = np.zeros(len(normals)), np.zeros(len(normals)), np.zeros(normals.shape)
+    return _means(point, weight, slip, len(normals))
+
+
+def _means(point: Ints, weight: Floats, slip: Floats, count: int) -> tuple[Floats, Floats]:
+    """Mean lengths (p,) of slips, and means (p, d), around p = ``count`` points, zero where nothing has a weight.
+
+    Each ``point`` (s, k) has the ``weight`` (s, q, k) at places with the ``slip`` (s, q, k, d), or (s, q, 1, d).
+    """
+    area, length, mean = np.zeros(count), np.zeros(count), np.zeros((count, slip.shape[-1]))
     np.add.at(area, point, weight.sum(axis=1))
-    np.add.at(length, point, einsum("sgk,sgk->sk", weight, norm(slip)))
-    np.add.at(mean, point, einsum("sgk,sgkd->skd", weight, slip))
+    np.add.at(length, point, (weight * norm(slip)).sum(axis=1))
+    np.add.at(mean, point, (weight[..., None] * slip).sum(axis=1))
     area = np.where(area > 0, area, np.inf)
     return length / area, mean / area[:, None]
 

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, certify, over_bound
+from bipot.contact.candidates import Candidates
 from bipot.iterate import Increment, Iterate
 from bipot.response import Response
 from bipot.tensors import norm
@@ -109,19 +110,15 @@ class Examined:
             present=max(present, max_abs(self.response.state.forces)),
             # The gap of a candidate far from its tool is never small, and its round-off does not matter.
             blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
-            placed=EPS * _places(self.increment),
+            placed=EPS * _places(self.increment.system.candidates),
             inside=self.increment.driven_into.depth,
         )
 
 
-def _places(increment: Increment) -> Floats:
+def _places(contacts: Candidates) -> Floats:
     """The size (c,) of the places of which gaps at the start are differences, at deformable tools; zero at others."""
-    contacts = increment.system.candidates
-    out = np.zeros(len(contacts.node))
-    for points, number in zip(contacts.points, contacts.number, strict=True):
-        if points.faced is not None:
-            out[number[number >= 0]] = points.faced.places[number >= 0]
-    return out
+    every = contacts.points
+    return contacts.of_points(*(np.zeros(len(at.node)) if at.faced is None else at.faced.places for at in every))
 
 
 def driving(iterate: Iterate, r: Floats) -> Floats:

@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.contact.closeness import NEXT_TO, REACH, ROUND_OFF
+from bipot.contact.closeness import REACH, ROUND_OFF
 from bipot.contact.coupling import Pairs, entries_of, pairs_of
 from bipot.contact.means import Means, Operators, without_zeros
 from bipot.contact.mobility import along_what_is_held, movable, shares
@@ -68,10 +68,12 @@ class Candidates:
     @cached_property
     def share(self) -> Floats:
         """The part (c,) that each candidate is of a point of the whole body: less than one in planes of symmetry."""
-        out = np.empty(len(self.node))
-        for k, (points, number) in enumerate(zip(self.points, self.number, strict=True)):
-            out[number[number >= 0]] = shares(self.scene, k, points)[number >= 0]
-        return out
+        return self.of_points(*(shares(self.scene, k, points) for k, points in enumerate(self.points)))
+
+    def of_points(self, *values: Floats) -> Floats:
+        """Values (c, …) of candidates, by those (p, …) of the points of each tool."""
+        kept = [of[number >= 0] for of, number in zip(values, self.number, strict=True)]
+        return np.concatenate(kept) if kept else np.empty(0)
 
     @cached_property
     def alone(self) -> Bools:
@@ -98,6 +100,11 @@ class Candidates:
     def deformable(self) -> bool:
         """Whether a tool is deformable, so that the candidates are those of a configuration."""
         return any(at.faced is not None for at in self.points)
+
+    @cached_property
+    def between(self) -> Bools:
+        """Which candidates (c,) meet deformable tools."""
+        return np.array([at.faced is not None for at in self.points], dtype=bool)[self.tool]
 
     @cached_property
     def parts(self) -> Parts:
@@ -143,10 +150,6 @@ class Candidates:
         """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end of an increment if the body rests."""
         return np.asarray((self.owned & (gap <= REACH * self.scene.size)).any(axis=1))
 
-    def felt(self, forces: Floats, gap: Floats, gone: float) -> Bools:
-        """Which tools (k,) carry ``forces`` (c, d), or come to by their least ``gap`` (c,); nodes go up to ``gone``."""
-        return np.asarray((self.owned & (forces.any(axis=1) | (gap <= NEXT_TO * gone))).any(axis=1))
-
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may reach the body; one out of :data:`REACH` sets no scale.
 
@@ -166,10 +169,7 @@ class Candidates:
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
-        """Contact forces r (c, d) as forces on the unknowns (n,), tangential ones also where there is no friction.
-
-        The ``nodes`` (a, d) are at tools in the poses ``placed`` (k, p).
-        """
+        """Forces on the unknowns (n,) by any r (c, d) on ``nodes`` (a, d) at tools in the poses ``placed`` (k, p)."""
         arms = self.faces.arms(self.met.places(nodes), placed)
         normal, tangents = self._matrices(self.frames_at(nodes, placed), arms)
         return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()

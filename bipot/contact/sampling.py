@@ -67,6 +67,11 @@ class Points:
         return tool if self.faced is None or not isinstance(tool, DeformableTool) else tool.before(self.faced)
 
     @property
+    def farther(self) -> Floats:
+        """How much farther off (p,) than it is a deformable tool is felt (:attr:`Faced.farther`); zero of others."""
+        return np.zeros(len(self.node)) if self.faced is None else self.faced.farther
+
+    @property
     def weighted(self) -> bool:
         """Whether they are means of several nodes."""
         return self.edges.shape[1] < self.lines.shape[1]

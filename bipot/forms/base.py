@@ -105,7 +105,7 @@ class Cache:
         if self._pattern is None:
             system = iterate.increment.system
             # Within one part and with coordinates of tools, on which all forces act, orders are better without.
-            between = iterate.increment.tools.between
+            between = system.candidates.between
             self._pattern = ordered(system.body.space, iterate.rows.take(between) if between.any() else None)
         return self._pattern
 
