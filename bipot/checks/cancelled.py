@@ -81,7 +81,7 @@ def _between(iterate: Iterate, sides: Sides, normals: Floats) -> tuple[Floats, F
     """:func:`_means` around the points of ``sides`` of parts, which have ``normals`` (p, d)."""
     met, du = Integrands.of(iterate.nodes, sides, iterate.increment.system.body.scene.ring), iterate.response.du
     moved = einsum("sgk,skd->sgd", met.mine, du[met.own]) - einsum("sgk,skd->sgd", met.its, du[met.others])
-    point, weight = sides.point[met.lines], met.weight[..., None] * met.psi
+    point, weight = sides.point[met.flat], met.weight[..., None] * met.psi
     n = normals[point][:, None]
     slip = moved[:, :, None] - np.vecdot(moved[:, :, None], n)[..., None] * n
     return _means(point, weight, slip, len(normals))

@@ -15,7 +15,7 @@ nodes (:mod:`bipot.tools.parts`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -94,7 +94,8 @@ class Candidates:
     @cached_property
     def tools(self) -> tuple[Tool, ...]:
         """The scene's tools, deformable ones as their candidates meet them."""
-        return tuple(at.met(tool) for tool, at in zip(self.scene.tools, self.points, strict=True))
+        faced = (points.faced for points in self.points)
+        return tuple(replace(tool, met=at) if at else tool for tool, at in zip(self.scene.tools, faced, strict=True))
 
     @cached_property
     def deformable(self) -> bool:
@@ -216,9 +217,8 @@ class Candidates:
 
         Components that are round-off of zero are set to zero, so that a tool that only presses does not slide.
         """
-        tool = self.tool[self.parts.owner]
-        moved = np.vecdot(self.frames, (travel[tool] - driven)[:, None])
-        lengths = norm(travel)[tool] + norm(driven)
+        gone = travel[self.tool[self.parts.owner]]
+        moved, lengths = np.vecdot(self.frames, (gone - driven)[:, None]), norm(gone) + norm(driven)
         return self.parts.motion(np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0))
 
     def rows(self, gap: Floats, closed: Bools, travel: Floats, driven: Floats) -> ContactRows:

@@ -21,7 +21,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
 
     In a plane of symmetry, and on an axis, normals lie in it.
     """
-    met, sides = tool.met, tool.sides
+    sides = tool.sides
     found, at = facing(nodes, sides, scene.ring), sides.node
     normal, x = found.normal.copy(), scene.mesh.nodes[at]
     for plane in scene.mirrors:
@@ -30,12 +30,10 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     normal, apart, far = unit(normal), rounding(nodes, sides, found.reach), found.apart
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
     faced = Faced(
-        nodes=met.nodes,
-        one=met.one,
-        other=met.other,
+        sides=sides,
         normals=normal,
         places=np.abs(nodes[at]).max(axis=1),
         apart=apart,
         part=found.part,
     )
-    return Points(at, found.weights, sides.point, sides.lines, faced)
+    return Points(at, found.weights, sides.point, sides.flats, faced)

@@ -41,7 +41,7 @@ from bipot.fem.surface import facet_mass
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.tensors import unit
-from bipot.tools.deformable import DeformableTool, Faced
+from bipot.tools.deformable import Faced
 from bipot.tools.fans import CREASE, beside, fans, twice
 from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
@@ -61,10 +61,6 @@ class Points:
     edges: Ints
     lines: Ints
     faced: Faced | None = None
-
-    def met(self, tool: Tool) -> Tool:
-        """The tool as these points meet it."""
-        return tool if self.faced is None or not isinstance(tool, DeformableTool) else tool.before(self.faced)
 
     @property
     def farther(self) -> Floats:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -19,28 +18,19 @@ from bipot.tools.facing import Sides
 from bipot.tools.pieces import LEAST
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
-from bipot.typing import Bools, Floats, Ints, Vector
+from bipot.typing import Bools, Floats, Vector
 
 
 @dataclass(frozen=True, eq=False)
 class Nowhere(Surface):
-    """What points meet that are no candidates: nothing. Of ``nodes`` (a, d) at rest ``one`` side has the facets (f, n),
-    that of the candidates, and the ``other`` those (g, n).
-    """
+    """What points meet that are no candidates: nothing. The contact has these ``sides``, ``one`` of the candidates."""
 
-    nodes: Floats
-    one: Ints
-    other: Ints
+    sides: Sides
 
     @property
     def dimension(self) -> int:
         """Number d of coordinates."""
-        return int(self.nodes.shape[1])
-
-    @cached_property
-    def sides(self) -> Sides:
-        """Both sides of the contact, with points by the mesh at rest."""
-        return Sides.of(self.nodes, self.one, self.other)
+        return int(self.sides.nodes.shape[1])
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`: out of reach."""
@@ -70,8 +60,8 @@ class Nowhere(Surface):
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`: where both sides of the contact have nodes in the plane."""
-        along = self.nodes @ np.array(normal) - position
-        return all(bool((np.abs(along[of]) <= roundoff).any()) for of in (self.one, self.other))
+        along = self.sides.nodes @ np.array(normal) - position
+        return all(bool((np.abs(along[of]) <= roundoff).any()) for of in (self.sides.one, self.sides.other))
 
     def image(self, normal: Vector, position: float) -> Surface:
         """As :meth:`Surface.image`."""
@@ -123,7 +113,7 @@ class Faced(Nowhere):
         return np.vecdot(along, by[..., None, :])
 
 
-UNKNOWN = Nowhere(np.empty((0, 2)), *np.empty((2, 0, 2), np.intp))
+UNKNOWN = Nowhere(Sides.of(np.empty((0, 2)), *np.empty((2, 0, 2), np.intp)))
 """What a tool meets of which the mesh is not known yet."""
 
 
@@ -181,16 +171,13 @@ class DeformableTool(Tool):
 
     def of(self, mesh: Mesh) -> DeformableTool:
         """The same as one of a body with this ``mesh``."""
-        return replace(self, met=Nowhere(mesh.nodes, mesh.around(*self.candidates), mesh.around(*self.surface)))
+        both = (mesh.around(*names) for names in (self.candidates, self.surface))
+        return replace(self, met=Nowhere(Sides.of(mesh.nodes, *both)))
 
     @property
     def sides(self) -> Sides:
         """Both sides of the contact, of a tool that knows its mesh (:meth:`of`)."""
         return self.met.sides
-
-    def before(self, faced: Faced) -> DeformableTool:
-        """The same as its candidates meet it."""
-        return replace(self, met=faced)
 
 
 AnyTool = FlatTool | ShapedTool | DeformableTool

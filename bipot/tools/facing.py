@@ -63,13 +63,14 @@ class Facing:
 class Sides:
     """Facets ``one`` (f, n) and ``other`` (g, n) that may face each other, which run anticlockwise, nodes of each.
 
-    ``lines`` (l, k) are the straight parts of edges, or the flat ones of faces, of the former. Their ends are the
-    points ``point`` (l, k), at the nodes ``node`` (p,).
+    These are at ``nodes`` (a, d) at rest. The former have the flat parts ``flats`` (l, k), whose corners are the points
+    ``point`` (l, k), at the nodes ``node`` (p,).
     """
 
+    nodes: Floats
     one: Ints
     other: Ints
-    lines: Ints
+    flats: Ints
     point: Ints
     node: Ints
 
@@ -86,20 +87,20 @@ class Sides:
             # Of two points at a node the first is that of the edge that begins there.
             a, b = twice(ends.T.reshape(-1, 1))
             point, node = fans(ends.T, a, b, np.vecdot(out[a % len(ends)], out[b % len(ends)]))
-            return Sides(one, other, ends, point.T, node)
+            return Sides(nodes, one, other, ends, point.T, node)
         a, b = beside(ends)
         point, node = fans(ends, a, b, np.vecdot(out[a // ends.shape[1]], out[b // ends.shape[1]]))
-        return Sides(one, other, ends, point, node)
+        return Sides(nodes, one, other, ends, point, node)
 
 
 class Integrands(NamedTuple):
-    """What is integrated over pieces (s,) of flat ``lines`` (s,) with nodes ``own`` (s, n), before ``others`` (s, n).
+    """What is integrated over pieces (s,) of flats ``flat`` (s,) with nodes ``own`` (s, n), before ``others`` (s, n).
 
     Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g). The
     outward normal of the other side is ``across`` (s, d).
     """
 
-    lines: Ints
+    flat: Ints
     own: Ints
     others: Ints
     psi: Floats
@@ -114,8 +115,8 @@ class Integrands(NamedTuple):
         one, other, beyond = sides.one, sides.other, flats(sides.other, nodes.shape[1])
         found = pieces_of(nodes, one, other, ring)
         return Integrands(
-            lines=found.one,
-            own=one[found.one // (len(sides.lines) // len(one))],
+            flat=found.one,
+            own=one[found.one // (len(sides.flats) // len(one))],
             others=other[found.other // (len(beyond) // len(other))],
             psi=found.mine,
             mine=shapes(found.mine, found.one, one.shape[1]),
@@ -137,13 +138,32 @@ def pieces_of(nodes: Floats, one: Ints, other: Ints, ring: bool) -> Pieces:
 
 def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     """The points of the ``sides`` with ``nodes`` at their present places (a, d); ``ring`` as of :func:`pieces_of`."""
-    found, node = Integrands.of(nodes, sides, ring), sides.node
-    count, size = len(node), len(nodes)
-    point = sides.point[found.lines]
+    found, count, corners = Integrands.of(nodes, sides, ring), len(sides.node), nodes[sides.flats]
+    point = sides.point[found.flat]
     share = np.einsum("sg,sgp->sp", found.weight, found.psi)
-    area = np.bincount(point.ravel(), share.ravel(), count)
     square = np.einsum("sg,sgp,sgp->sp", found.weight, found.psi, found.psi)
-    reach = np.bincount(point.ravel(), square.ravel(), count) / np.where(area > 0, area, 1.0)
+    area = _sums(point, share, count)
+    reach = _sums(point, square, count) / np.where(area > 0, area, 1.0)
+    part = np.minimum(area / _sums(sides.point, hat_integrals(corners, ring), count), 1.0)
+    apart = np.flatnonzero(part <= LEAST)
+    theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
+    out = outward(corners)
+    np.add.at(theirs, point, share[..., None] * found.across[:, None])
+    np.add.at(ours, point, -share[..., None] * out[found.flat][:, None])
+    # Where nothing is faced, normals are those of all facets.
+    np.add.at(alone, sides.point, -out[:, None])
+    theirs[apart] = ours[apart] = alone[apart]
+    normal = unit(part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours))
+    return Facing(_weights(found, point, area, apart, sides), normal, apart, part, reach)
+
+
+def _sums(point: Ints, values: Floats, count: int) -> Floats:
+    """Sums (p,) at p = ``count`` points of ``values`` (s, k), each at its ``point`` (s, k)."""
+    return np.asarray(np.bincount(point.ravel(), values.ravel(), count), np.float64)
+
+
+def _weights(found: Integrands, point: Ints, area: Floats, apart: Ints, sides: Sides) -> sp.csr_matrix:
+    """(D, -M) (p, a) by the ``point`` (s, k) of each hat function, and int psi dA (p,) over what is faced."""
     own = np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.mine)
     others = -np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.its)
     entries = [
@@ -151,24 +171,12 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
         for of, at in ((own, found.own), (others, found.others))
     ]
     values, rows, columns = (np.concatenate([part[k].ravel() for part in entries]) for k in range(3))
-    ends = nodes[sides.lines]
-    whole = np.bincount(sides.point.ravel(), hat_integrals(ends, ring).ravel(), count)
-    part = np.minimum(area / whole, 1.0)
-    apart = np.flatnonzero(part <= LEAST)
     kept = ~np.isin(rows, apart)
     data = np.concatenate([values[kept] / area[rows[kept]], np.ones(len(apart))])
-    place = np.concatenate([rows[kept], apart]), np.concatenate([columns[kept], node[apart]])
-    weights = sp.csr_matrix((data, place), shape=(count, size))
+    place = np.concatenate([rows[kept], apart]), np.concatenate([columns[kept], sides.node[apart]])
+    weights = sp.csr_matrix((data, place), shape=(len(area), len(sides.nodes)))
     weights.sum_duplicates()
-    out = outward(ends)
-    theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
-    np.add.at(theirs, point, share[..., None] * found.across[:, None])
-    np.add.at(ours, point, -share[..., None] * out[found.lines][:, None])
-    # Where nothing is faced, normals are those of all facets.
-    np.add.at(alone, sides.point, -out[:, None])
-    theirs[apart] = ours[apart] = alone[apart]
-    normal = part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours)
-    return Facing(weights, unit(normal), apart, part, reach)
+    return weights
 
 
 def rounding(nodes: Floats, sides: Sides, reach: Floats) -> Floats:
@@ -178,7 +186,7 @@ def rounding(nodes: Floats, sides: Sides, reach: Floats) -> Floats:
     rounded. If a point that barely faces it felt all of it, whether it does could depend on whether it is felt. What
     is before the middle of an edge is no end, however thin it is.
     """
-    ends = nodes[sides.lines]
+    ends = nodes[sides.flats]
     longest = norm(ends[:, :, None] - ends[:, None]).max(axis=2)
     size = np.zeros(len(reach))
     np.maximum.at(size, sides.point, longest)
