@@ -45,30 +45,74 @@ def pieces(nodes: Floats, one: Ints, other: Ints, ring: bool) -> Pieces:
     edges are long does not, nor one behind the other side of a thin part.
     """
     count, x = one.shape[1], nodes[flats(one, 2)]
-    spans = _spans(x, nodes[flats(other, 2)])
+    found = _shadows(x, nodes[flats(other, 2)]).nearest()
     places, weights = np.polynomial.legendre.leggauss(count)
-    xi, eta = (at[:, :1] + np.diff(at) * (places + 1) / 2 for at in (spans.xi, spans.eta))
-    weight = np.diff(spans.xi) * weights / 2 * norm(x[:, 1] - x[:, 0])[spans.one, None]
+    xi, eta = (at[:, :1] + np.diff(at) * (places + 1) / 2 for at in (found.xi, found.eta))
+    weight = np.diff(found.xi) * weights / 2 * norm(x[:, 1] - x[:, 0])[found.one, None]
     if ring:
-        weight *= _on(x[spans.one], xi)[..., 0]
-    return Pieces(spans.one, spans.other, edge_shapes(xi, 2), edge_shapes(eta, 2), weight, spans.gap.min(axis=1))
+        weight *= _on(x[found.one], xi)[..., 0]
+    lowest = (found.heights[:, :1] + found.eta * np.diff(found.heights)).min(axis=1)
+    return Pieces(found.one, found.other, edge_shapes(xi, 2), edge_shapes(eta, 2), weight, lowest)
 
 
-class Spans(NamedTuple):
-    """Parts (s,) of ``one`` straight edge (s,) at ``xi`` (s, 2), before those at ``eta`` (s, 2) of the ``other`` (s,).
+class Shadows(NamedTuple):
+    """Shadows (s,) of straights ``other`` (s,) along the normals of those ``one`` (s,), from ``low`` to ``high`` on it.
 
-    The ``gap`` (s, 2) at their ends is linear between them.
+    The ends of the other are before ``ends`` (s, 2) of the one, at ``heights`` (s, 2) over it. Places on a straight go
+    from 0 to 1.
     """
 
     one: Ints
     other: Ints
-    xi: Floats
-    eta: Floats
-    gap: Floats
+    low: Floats
+    high: Floats
+    ends: Floats
+    heights: Floats
+
+    @property
+    def xi(self) -> Floats:
+        """The places (s, 2) on the one where shadows begin and end."""
+        return np.stack([self.low, self.high], axis=1)
+
+    @property
+    def eta(self) -> Floats:
+        """Those (s, 2) on the other."""
+        return (self.xi - self.ends[:, :1]) / np.diff(self.ends)
+
+    def height(self, place: Floats) -> Floats:
+        """Heights (s, m) of the other over a ``place`` (m,), or (s, m), on the one."""
+        slope = np.diff(self.heights) / np.diff(self.ends)
+        return self.heights[:, :1] + slope * (place - self.ends[:, :1])
+
+    def only(self, some: Ints | Bools) -> Shadows:
+        """Some of them."""
+        return Shadows._make(of[some] for of in self)
+
+    def nearest(self) -> Shadows:
+        """Without what is hidden from the one: where several are over a place, the lowest is kept there.
+
+        Between two of all bounds on an edge, it is that which is the lowest in the middle.
+        """
+        order = np.lexsort((self.low, self.one))
+        edge, low, high = self.one[order], self.low[order], self.high[order]
+        crowded = np.isin(self.one, edge[1:][(edge[1:] == edge[:-1]) & (low[1:] < high[:-1] - LEAST)])
+        alone = np.flatnonzero(~crowded)
+        kept, begin, end = [alone], [self.low[alone]], [self.high[alone]]
+        for one in np.unique(self.one[crowded]):
+            mine = np.flatnonzero(self.one == one)
+            some = self.only(mine)
+            bounds = np.unique([some.low, some.high])
+            middle = (bounds[1:] + bounds[:-1]) / 2
+            over = (some.low[:, None] < middle) & (middle < some.high[:, None])
+            lowest, met = np.argmin(np.where(over, some.height(middle), np.inf), axis=0), over.any(axis=0)
+            kept.append(mine[lowest[met]])
+            begin.append(bounds[:-1][met])
+            end.append(bounds[1:][met])
+        return self.only(np.concatenate(kept))._replace(low=np.concatenate(begin), high=np.concatenate(end))
 
 
-def _spans(one: Floats, other: Floats) -> Spans:
-    """Those of straight edges ``one`` (f, 2, 2) and ``other`` (g, 2, 2)."""
+def _shadows(one: Floats, other: Floats) -> Shadows:
+    """Those on straights ``one`` (f, 2, 2) of ``other`` (g, 2, 2) that face them and are not too far behind."""
     out, length = outward(one), norm(one[:, 1] - one[:, 0])
     i, j = np.nonzero(out @ outward(other).T < FACES)
     along = (one[i, 1] - one[i, 0]) / length[i, None] ** 2
@@ -76,15 +120,10 @@ def _spans(one: Floats, other: Floats) -> Spans:
     heights = np.vecdot(other[j] - one[i, None, 0], out[i, None])
     low, high = np.maximum(ends.min(axis=1), 0.0), np.minimum(ends.max(axis=1), 1.0)
     deepest = heights.min(axis=1) + length[i] + norm(other[j, 1] - other[j, 0])
-    kept = np.flatnonzero((high > low) & (deepest > 0))
-    middle = ((low + high)[kept] / 2)[:, None]
-    depth = -(heights[kept, :1] + (middle - ends[kept, :1]) * (np.diff(heights[kept]) / np.diff(ends[kept])))[:, 0]
-    kept = kept[~_through(one, out, i[kept], _on(one[i[kept]], middle)[:, 0], depth)]
-    shown, low, high = Heights(i[kept], low[kept], high[kept], ends[kept], heights[kept]).nearest()
-    i, j, ends, heights = (of[kept][shown] for of in (i, j, ends, heights))
-    xi = np.stack([low, high], axis=1)
-    eta = (xi - ends[:, :1]) / np.diff(ends)
-    return Spans(i, j, xi, eta, heights[:, :1] + eta * np.diff(heights))
+    found = Shadows(i, j, low, high, ends, heights).only((high > low) & (deepest > 0))
+    middle = ((found.low + found.high) / 2)[:, None]
+    behind = _on(one[found.one], middle)[:, 0], -found.height(middle)[:, 0]
+    return found.only(~_through(one, out, found.one, *behind))
 
 
 def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Bools:
@@ -103,43 +142,6 @@ def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Boo
     beyond = out[i[deep]] @ out.T < 0
     hidden[deep] = (beyond & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)).any(axis=1)
     return hidden
-
-
-class Heights(NamedTuple):
-    """Pieces (s,) before an ``edge`` (s,), ``low`` to ``high``, that rise between ``heights`` (s, 2) at ``ends``."""
-
-    edge: Ints
-    low: Floats
-    high: Floats
-    ends: Floats
-    heights: Floats
-
-    def at(self, some: Ints, place: Floats) -> Floats:
-        """Heights (n, m) of ``some`` (n,) of them at a ``place`` (m,), inf beside them."""
-        start, end = self.ends[some].T[..., None]
-        low, high = self.heights[some].T[..., None]
-        inside = (self.low[some, None] < place) & (place < self.high[some, None])
-        return np.where(inside, low + (high - low) / (end - start) * (place - start), np.inf)
-
-    def nearest(self) -> tuple[Ints, Floats, Floats]:
-        """The numbers (t,) of pieces, without what others hide, and their new bounds.
-
-        Where several are before one place, the lowest in the middle between two of all bounds is kept there.
-        """
-        order = np.lexsort((self.low, self.edge))
-        edge, low, high = self.edge[order], self.low[order], self.high[order]
-        crowded = np.isin(self.edge, edge[1:][(edge[1:] == edge[:-1]) & (low[1:] < high[:-1] - LEAST)])
-        alone = np.flatnonzero(~crowded)
-        kept, begin, end = [alone], [self.low[alone]], [self.high[alone]]
-        for one in np.unique(self.edge[crowded]):
-            mine = np.flatnonzero(self.edge == one)
-            bounds = np.unique([self.low[mine], self.high[mine]])
-            height = self.at(mine, (bounds[1:] + bounds[:-1]) / 2)
-            met = np.isfinite(height).any(axis=0)
-            kept.append(mine[np.argmin(height, axis=0)[met]])
-            begin.append(bounds[:-1][met])
-            end.append(bounds[1:][met])
-        return np.concatenate(kept), np.concatenate(begin), np.concatenate(end)
 
 
 def _on(edges: Floats, s: Floats) -> Floats:
