@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from bipot.certificate import Bounds, Certificate
-from bipot.checks.examined import Examined
+from bipot.checks.examined import POSED, Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.checks.settling import least_moved, unloaded
 from bipot.conic.problem import Claim, Timing
@@ -262,7 +262,7 @@ class _Watch:
         ratios = examined.ratios()
         balanced = "law" in ratios
         if step.posed is not None:
-            ratios = {k: ratios[k] for k in ("equilibrium", "tool_equilibrium", "yield_violation") if k in ratios}
+            ratios = {k: ratios[k] for k in POSED if k in ratios}
             ratios["posed"] = step.posed / self.limits.bounds.cone_violation
         self.last = {k: v for k, v in ratios.items() if not v <= 1}
         worst = max(ratios.values())

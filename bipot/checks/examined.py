@@ -29,6 +29,10 @@ FAINT = 0.1
 """Round-off below this fraction of a bound does not matter for that bound."""
 
 
+POSED = ("equilibrium", "tool_equilibrium", "yield_violation")
+"""Measures that bound an answer of a form that poses another law than Coulomb's, beside its own."""
+
+
 @dataclass(frozen=True)
 class Examined:
     """An iterate with contact forces r (c, d) on all candidates' rows, to be certified.

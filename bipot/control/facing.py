@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from bipot.checks.examined import Examined
+from bipot.checks.examined import POSED, Examined
 from bipot.checks.passed import refuse_passed
 from bipot.coulomb.acceleration import Anderson, Past
 from bipot.errors import NotConverged
@@ -27,9 +27,6 @@ FINER = "Use more increments, or refine the sides where one goes past an end of 
 
 ROUGH = 1e-3
 """Error of an iterate that shows where nodes end: the next pass is in the next configuration."""
-
-POSED = ("equilibrium", "tool_equilibrium", "yield_violation")
-"""Measures of an answer of a form that poses another law."""
 
 
 def solve_facing(

@@ -34,9 +34,7 @@ class Nowhere(Surface):
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`: out of reach."""
-        dimension = x.shape[-1]
-        straight = np.zeros(x.shape[:-1] + (3, 3) * (dimension == 3))
-        return Distance(self.gap(x, x), np.broadcast_to(np.eye(dimension)[-1], x.shape), straight)
+        return Distance.flat(self.gap(x, x), np.eye(x.shape[-1])[-1])
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.gap`: out of reach."""
@@ -96,8 +94,7 @@ class Faced(Nowhere):
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
-        straight = np.zeros(x.shape[:-1] + (3, 3) * (x.shape[-1] == 3))
-        return Distance(self.gap(x, x), np.broadcast_to(self.normals, x.shape), straight)
+        return Distance.flat(self.gap(x, x), self.normals)
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.gap`."""

@@ -19,15 +19,13 @@ from bipot.typing import Bools, Floats, Ints, max_abs
 BLOCK = 2_000_000
 """Pairs of faces that are looked at together."""
 
-EPS = float(np.finfo(np.float64).eps)
-
 ROUND_OFF = 1e-12
 """Areas over the square of a side, and sines of angles, that are zero."""
 
 STEPS = 6
 """The most steps of Newton's method for a place on a square: one is needed on parallelograms."""
 
-PLACED = 8 * EPS
+PLACED = 8 * float(np.finfo(float).eps)
 """Over the size of a square, an error of such a place that is round-off."""
 
 BILINEAR = np.stack([SQUARE[:, 0], SQUARE[:, 1], SQUARE[:, 0] * SQUARE[:, 1]])

@@ -43,6 +43,12 @@ class Distance(NamedTuple):
     normal: Floats
     curvature: Floats
 
+    @staticmethod
+    def flat(gap: Floats, normal: Floats | Vector) -> Distance:
+        """That at points with the ``gap`` (…) where no surface is curved, of one ``normal`` (d,) or of each (…, d)."""
+        d = np.shape(normal)[-1]
+        return Distance(gap, np.broadcast_to(normal, (*gap.shape, d)), np.zeros(gap.shape + (3, 3) * (d == 3)))
+
 
 class Tips(NamedTuple):
     """Convex parts that may come between nodes: circles of ``radius`` (m,), 0 at corners, around ``centre`` (m, d).
@@ -149,9 +155,7 @@ class Plane(Surface):
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
-        gap = self.gap(x, np.zeros(len(self.point)))
-        straight = np.zeros(gap.shape + (3, 3) * (len(self.normal) == 3))
-        return Distance(gap, np.broadcast_to(self.normal, x.shape), straight)
+        return Distance.flat(self.gap(x, np.zeros(len(self.point))), self.normal)
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.gap`."""
