@@ -228,8 +228,7 @@ def passing(start: State, iterate: Iterate, r: Floats) -> tuple[Floats, Floats]:
     gone = np.isfinite(begun) & (ended > 0) & ~stays & ~come
     if gone.any():
         before = increment.system.facing(start.nodes).candidates
-        first = np.searchsorted(before.parts.owner, np.flatnonzero(gone))
-        tangents = before.frames_at(start.nodes, increment.tools.placed)[first, 1:]
+        tangents = before.frames_at(start.nodes, increment.tools.placed)[before.parts.first[gone], 1:]
         moved = before.means.motion(iterate.response.du)[gone]
         slip = slip.copy()
         slip[gone] = np.where(contacts.tangent_free[gone, None], (tangents @ moved[..., None])[..., 0], 0.0)

@@ -38,8 +38,6 @@ HELD = 1e-12
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether a node of each point (p, d), or the tool of that ``number``, can move, as in :func:`movable`."""
-    if own.faced is not None:
-        return np.ones((len(own.node), scene.mesh.dimension), dtype=bool)
     means = Means(own.weights)
     out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
     np.logical_or.at(out, means.owner, movable(scene, number, means.nodes))
