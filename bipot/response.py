@@ -148,11 +148,8 @@ class Body:
 
     def softened(self, response: Response, shear: Floats) -> tuple[Floats, Floats]:
         """Internal forces (n,) and element matrices (e, dk, dk) of an elastic body with moduli of ``shear`` (e, 1)."""
-        kin, mandel, bulk = (
-            response.kinematics,
-            response.kinematics.reduction.mandel,
-            self.scene.materials.elasticity.bulk,
-        )
+        kin, bulk = response.kinematics, self.scene.materials.elasticity.bulk
+        mandel = kin.reduction.mandel
         volumetric = np.multiply.outer(np.broadcast_to(bulk, shear.shape), np.outer(identity(mandel), identity(mandel)))
         C = volumetric + np.multiply.outer(2 * shear, deviatoric_projector(mandel))
         forces = element_force(kin, times(C, kin.strain))

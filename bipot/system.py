@@ -125,11 +125,8 @@ class System:
         round-off from increment to increment, and in units of that a program has forces but no stiffness left.
         """
         scene, space = self.body.scene, self.body.space
-        young, size, stress = (
-            max_abs(scene.materials.elasticity.young),
-            scene.mesh.size,
-            float(norm(start.stress).max()),
-        )
+        young, size = max_abs(scene.materials.elasticity.young), scene.mesh.size
+        stress = float(norm(start.stress).max())
         moved, loaded = float(norm(start.du).max()), 0.0
         if scene.loads or scene.drives:
             nodes = norm(space.spread(new_load)) / self.body.rigidity.nodal

@@ -126,7 +126,7 @@ def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:
         # Edges that continue straight leave their node in opposite directions.
         (one, other), way = twice(node.reshape(-1, 1)), _away(nodes, facets).reshape(-1, 2)
         return fans(node, one, other, -np.vecdot(way[one], way[other]))
-    (one, other), normal = beside(node), _normals(nodes, facets, len(ends)).reshape(-1, 3)
+    (one, other), normal = beside(node), _normals(nodes, facets).reshape(-1, 3)
     return fans(node, one, other, np.vecdot(normal[one], normal[other]))
 
 
@@ -140,10 +140,9 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
     # A unit vector w, along an edge or normal to a face, and its mirror image w' have w . w' = 1 - 2 (s . w)^2.
     if nodes.shape[1] == 2:
         return np.asarray(2 * (_away(nodes, facets) @ s) ** 2 - 1 >= CREASE)
-    count = facets.shape[1] // 2
-    corner = inside[facets[:, :count]]
+    corner = inside[facets[:, : facets.shape[1] // 2]]
     along = corner & (np.roll(corner, 1, axis=1) | np.roll(corner, -1, axis=1))
-    return np.asarray(along & (1 - 2 * (_normals(nodes, facets, count) @ s) ** 2 >= CREASE))
+    return np.asarray(along & (1 - 2 * (_normals(nodes, facets) @ s) ** 2 >= CREASE))
 
 
 def _away(nodes: Floats, lines: Ints) -> Floats:
@@ -152,8 +151,9 @@ def _away(nodes: Floats, lines: Ints) -> Floats:
     return unit(np.stack([_leaving(x[:, 0], x[:, 1], x[:, 2]), _leaving(x[:, 2], x[:, 1], x[:, 0])], axis=1))
 
 
-def _normals(nodes: Floats, faces: Ints, count: int) -> Floats:
-    """Unit normals (f, k, 3) of quadratic faces (f, 2 k) at their ``count`` corners, by the edges that leave these."""
+def _normals(nodes: Floats, faces: Ints) -> Floats:
+    """Unit normals (f, k, 3) of quadratic faces (f, 2 k) at their corners, by the edges that leave these."""
+    count = faces.shape[1] // 2
     corner, middle = nodes[faces[:, :count]], nodes[faces[:, count:]]
     ahead = _leaving(corner, middle, np.roll(corner, -1, axis=1))
     back = _leaving(corner, np.roll(middle, 1, axis=1), np.roll(corner, 1, axis=1))
