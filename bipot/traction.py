@@ -34,8 +34,6 @@ from numpy.typing import NDArray
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries
-from bipot.contact.sampling import Points, hat_areas
-from bipot.contact.shear import nodal_areas
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
@@ -115,7 +113,7 @@ def tractions(
         line = np.unique(edges)
         if not line.size:
             continue
-        if in_means(candidates.points[number]):
+        if candidates.points[number].in_means:
             both = multipliers(candidates, number, nodes, np.column_stack([r, rubbed]))
             found, most = both[:, :-1], both[:, -1]
         else:
@@ -158,7 +156,7 @@ def shared(areas: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
 
 def contact_edges(candidates: Candidates, number: int, closed: Bools) -> Ints:
     """Edges (f, n) on the contact line of the tool of that ``number``, as candidate numbers."""
-    return candidates.number[number][candidates.points[number].edges[on_line(candidates, number, closed)]]
+    return candidates.number[number][candidates.points[number].point[on_line(candidates, number, closed)]]
 
 
 def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
@@ -168,18 +166,17 @@ def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
     An edge with a node that is no candidate is left out, because a support carries part of its force.
     """
     points = candidates.points[number]
-    edges = candidates.number[number][points.edges]
+    edges = candidates.number[number][points.point]
     many = np.where(edges >= 0, closed[edges], False).sum(axis=1) if len(closed) else np.zeros(len(edges))
-    least = 1 if in_means(points) else candidates.scene.mesh.dimension
+    least = 1 if points.in_means else candidates.scene.mesh.dimension
     return (edges >= 0).all(axis=1) & (many >= least)
 
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:
     """t_p = r_p / int psi_p dA (c, k) of forces r (c, k) at the means of a tool by its ``number``; zero at others."""
-    points, numbers, geometry = candidates.points[number], candidates.number[number], candidates.scene.geometry
+    points, numbers = candidates.points[number], candidates.number[number]
     area = np.zeros(len(numbers))
-    shares = hat_areas if points.weighted else nodal_areas
-    np.add.at(area, points.edges, shares(nodes, points.lines, geometry))
+    np.add.at(area, points.point, points.areas(nodes, candidates.scene.geometry))
     if points.faced is not None:
         area *= points.faced.part
     out = np.zeros(r.shape)
@@ -190,7 +187,7 @@ def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -
     forces = np.zeros((len(area), r.shape[1]))
     forces[known] = r[numbers[known]]
     enough = points.faced.part >= LEAST_SHARE
-    shares = _shares(points.edges, area, known & enough, forces.any(axis=1) & ~enough)
+    shares = _shares(points.point, area, known & enough, forces.any(axis=1) & ~enough)
     whole, forces = shares.T @ np.where(known, area, 0.0), shares.T @ forces
     found = shares @ np.divide(forces, whole[:, None], out=np.zeros_like(forces), where=whole[:, None] > 0)
     out[numbers[known]] = found[known]
@@ -211,11 +208,6 @@ def _shares(edges: Ints, area: Floats, enough: Bools, few: Bools) -> sp.csr_arra
     share = np.concatenate([area[beside[1]] / total[beside[0]], np.ones(len(alone))])
     place = np.concatenate([beside, np.stack([alone, alone])], axis=1)
     return sp.csr_array((share, (place[0], place[1])), shape=(count, count))
-
-
-def in_means(points: Points) -> bool:
-    """Whether contact is posed in means at these points."""
-    return points.weighted or points.faced is not None
 
 
 def component(shear: Floats) -> Floats:

@@ -72,12 +72,12 @@ def _weighted(run: History, row: int, nodes: Floats, corner: float) -> Line:
     status = run.nodal("status", row)[posed.node]
     candidates = status != NO_CANDIDATE
     area, gap, r = np.zeros(len(posed.node)), np.zeros(len(posed.node)), np.zeros((len(posed.node), 2))
-    np.add.at(area, posed.edges, hat_areas(nodes, posed.lines, geometry))
+    np.add.at(area, posed.point, hat_areas(nodes, posed.facets, geometry))
     r[candidates], gap[candidates] = state.forces, state.gap
     t = r / area[:, None]
     paired = np.bincount(posed.node)[posed.node] > 1
     status[paired & ~carries(r) & ~touches(gap, mesh.size)] = Status.OPEN
-    edges = posed.edges[candidates[posed.edges].all(axis=1) & carries(r)[posed.edges].any(axis=1)]
+    edges = posed.point[candidates[posed.point].all(axis=1) & carries(r)[posed.point].any(axis=1)]
     line, radius = np.unique(edges), nodes[posed.node, 0]
     found = radius[line], t[line, 0], t[line, 1], status[line]
     return Line(*found, radius[edges], t[edges, 0], t[edges, 1], corner, weighted=True)

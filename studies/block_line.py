@@ -81,7 +81,7 @@ def profiles(system: System, accepted: Accepted, recovered: Recovery) -> tuple[F
     r, nodes, points, scene = accepted.solved.r, accepted.solved.iterate.balanced, system.candidates, system.body.scene
     closed = carries(r)
     pressure, _ = recovered(points, nodes, r, closed)
-    faces = points.points[0].lines[on_line(points, 0, closed)]
+    faces = points.points[0].facets[on_line(points, 0, closed)]
     area = facet_mass(nodes, faces, scene.geometry).sum()
     mean = -accepted.tool_forces[0, -1] / area if area > 0 else np.nan
     first, second = (_along(system, pressure, d) / mean for d in (0, 1))
@@ -101,7 +101,7 @@ def _along(system: System, pressure: Floats, d: int) -> Floats:
     """The pressure (MPa) along axis ``d`` of the upper face."""
     mesh, node = system.body.scene.mesh, system.candidates.node
     # Where contact is posed in means the side has points of its own on the edge.
-    upper = system.candidates.number[0][system.candidates.points[0].edges[: len(mesh.boundary("top"))]]
+    upper = system.candidates.number[0][system.candidates.points[0].point[: len(mesh.boundary("top"))]]
     middle = np.isin(node, mesh.boundary_nodes(("front", "left")[d])) & np.isfinite(pressure)
     own = np.intersect1d(upper, np.flatnonzero(middle))
     return pressure[own[np.argsort(mesh.nodes[node[own], d])]]

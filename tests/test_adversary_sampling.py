@@ -104,5 +104,5 @@ def test_where_parts_of_the_body_meet_in_a_node_every_edge_has_its_own_mean():
     (shared,) = np.flatnonzero((mesh.nodes == [2.0, 2.0]).all(axis=1))
     assert (own.node == shared).sum() == 4
     # each is the mean of the two nodes of one edge that are next to it, as at the other corners
-    assert (np.bincount(own.edges.ravel()) == 1).all()
+    assert (np.bincount(own.point.ravel()) == 1).all()
     assert np.diff(own.weights.indptr).tolist() == [2] * 16

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.contact.sampling import hat_areas
-from bipot.contact.shear import nodal_areas
+from bipot.contact.sampling import hat_areas, nodal_areas
 from bipot.fem.reduction import Geometry
 from bipot.tools.circle import Circle
 from bipot.tools.poses import Turn

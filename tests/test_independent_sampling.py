@@ -72,7 +72,7 @@ def test_weights_written_a_second_time_are_the_library_s(element, body, geometry
     np.testing.assert_array_equal(found.node, known.node)
     np.testing.assert_allclose(found.weights, known.means.weights.toarray(), rtol=0, atol=1e-13)
     np.testing.assert_allclose(found.weights.sum(axis=1), 1.0, rtol=1e-14)
-    np.testing.assert_array_equal(points_of(scene, setting_of(scene), scene.tools[0]).ends, known.points[0].edges)
+    np.testing.assert_array_equal(points_of(scene, setting_of(scene), scene.tools[0]).ends, known.points[0].point)
     # Two of them at the corner of top and side, in one node.
     assert len(np.unique(found.node)) < len(found.node) < len(mesh.boundary_nodes(*names))
 

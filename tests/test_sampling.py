@@ -72,12 +72,12 @@ def test_weights_are_the_means_of_their_definition(element, geometry, bent, with
     mesh = graded(element, bent)
     found = points(mesh, geometry, tool(candidates=("top", "right"), sampling=WEIGHTED))
     integral = np.zeros((len(found.node), len(mesh.nodes)))
-    for line, ends in zip(found.lines, found.edges, strict=True):
+    for line, ends in zip(found.facets, found.point, strict=True):
         np.add.at(integral, np.ix_(ends, line), by_quadrature(mesh.nodes[line], geometry))
     expected = integral / integral.sum(axis=1, keepdims=True)
     np.testing.assert_allclose(found.weights.toarray(), expected, atol=within)
     assert found.node.tolist() == np.sort(found.node).tolist()
-    assert (found.node[found.edges] == found.lines[:, [0, 2]]).all()
+    assert (found.node[found.point] == found.facets[:, [0, 2]]).all()
 
 
 @pytest.mark.parametrize("geometry", PLANES)
@@ -87,7 +87,7 @@ def test_a_linear_pressure_gives_the_nodes_its_consistent_forces(geometry):
     found = points(mesh, geometry, tool(candidates=("top",), sampling=WEIGHTED))
     pressure = np.random.default_rng(0).uniform(0.0, 2.0, len(found.node))
     area, nodal = np.zeros(len(found.node)), np.zeros(len(mesh.nodes))
-    for line, ends in zip(found.lines, found.edges, strict=True):
+    for line, ends in zip(found.facets, found.point, strict=True):
         shares = by_quadrature(mesh.nodes[line], geometry)
         area[ends] += shares.sum(axis=1)
         nodal[line] += pressure[ends] @ shares
@@ -170,7 +170,7 @@ def test_the_multipliers_obey_the_law_and_carry_the_force(mu):
         np.testing.assert_allclose(np.abs(r[sliding, 1]), mu * r[sliding, 0], rtol=1e-9)
     # The resultant of the linear traction on the current edges, which may be bent: by three points, as the forces.
     found, force = system.candidates.points[0], 0.0
-    for line, ends in zip(found.lines, system.candidates.number[0][found.edges], strict=True):
+    for line, ends in zip(found.facets, system.candidates.number[0][found.point], strict=True):
         if (ends >= 0).all() and known[ends].all():
             force += pressure[ends] @ by_quadrature(last.solved.iterate.balanced[line], given.geometry, 3).sum(axis=1)
     if np.isfinite(mu):

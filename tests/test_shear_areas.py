@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bipot.contact.shear import LIES, lying, nodal_areas, strength
+from bipot.contact.sampling import nodal_areas
+from bipot.contact.shear import LIES, lying, strength
 from bipot.fem.reduction import Geometry
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, ring

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from bipot import Control, Elasticity, Perfect, Scene, Schedule, VonMises, march
 from bipot.certificate import Bounds
-from bipot.contact.shear import nodal_areas
+from bipot.contact.sampling import nodal_areas
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Newton, Tangent

@@ -100,7 +100,7 @@ def test_weights_are_the_means_of_their_definition_and_areas_are_positive(elemen
     mesh = graded(element)
     found = points(mesh, Geometry.SOLID, press(1.0, (0.0, 0.0, -0.1), candidates=("top", "right"), sampling=WEIGHTED))
     integral = np.zeros((len(found.node), len(mesh.nodes)))
-    for face, corners in zip(found.lines, found.edges, strict=True):
+    for face, corners in zip(found.facets, found.point, strict=True):
         shares = by_quadrature(mesh.nodes[face])
         np.add.at(integral, np.ix_(corners, face), shares)
         np.testing.assert_allclose(hat_areas(mesh.nodes, face[None], Geometry.SOLID)[0], shares.sum(axis=1), rtol=1e-12)
@@ -111,7 +111,7 @@ def test_weights_are_the_means_of_their_definition_and_areas_are_positive(elemen
     assert at_corners.max() < -0.01 if element is Element.H20 else np.abs(at_corners).max() < 1e-14
     np.testing.assert_allclose(found.weights.toarray(), integral / area, atol=1e-13)
     assert found.node.tolist() == np.sort(found.node).tolist()
-    assert (found.node[found.edges] == found.lines[:, : found.edges.shape[1]]).all()
+    assert (found.node[found.point] == found.facets[:, : found.point.shape[1]]).all()
 
 
 @pytest.mark.parametrize(("turn", "shared"), [(0.0, True), (55.0, True), (65.0, False)])
@@ -147,7 +147,7 @@ def test_the_contact_patch_test_is_passed(element, travel):
     np.testing.assert_allclose(pressure, -stress[0, 0, 2], rtol=1e-9)
     if element.quadratic:
         own, area = system_of(scene).candidates.points[0], np.zeros(len(pressure))
-        np.add.at(area, own.edges, hat_areas(last.state.nodes, own.lines, scene.geometry))
+        np.add.at(area, own.point, hat_areas(last.state.nodes, own.facets, scene.geometry))
         np.testing.assert_allclose(last.solved.r[:, 0], pressure * area, rtol=1e-9)
 
 

@@ -83,7 +83,7 @@ def test_the_law_holds_in_the_mean_and_pressures_between_points_are_positive():
     last = course(Newton())[-1]
     candidates, r = last.solved.iterate.increment.system.candidates, last.solved.r
     closed = r[:, 0] > 0
-    top = np.unique(candidates.number[0][candidates.points[0].edges[: len(last.scene.mesh.boundary("top"))]])
+    top = np.unique(candidates.number[0][candidates.points[0].point[: len(last.scene.mesh.boundary("top"))]])
     assert closed[top].all()
     pressure, shear = last.traction.recovered_pressure, last.traction.recovered_shear
     assert 150.0 < pressure[top].min() < pressure[top].max() < 600.0

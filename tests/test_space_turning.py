@@ -64,8 +64,8 @@ def test_a_lid_that_turns_on_a_pressed_face_loses_moment_in_means(element, count
     tool = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, 0.0), ("top",), 0.1, sampling=Sampling.WEIGHTED)
     own = points(mesh, Geometry.SOLID, tool)
     arm = (own.weights @ mesh.nodes - [1.0, 1.0, 1.0])[:, :2]
-    share = hat_areas(mesh.nodes, own.lines, Geometry.SOLID) if own.weighted else np.full(own.edges.shape, count**-2.0)
-    force = np.bincount(own.edges.ravel(), weights=share.ravel())
+    share = hat_areas(mesh.nodes, own.facets, Geometry.SOLID) if own.weighted else np.full(own.point.shape, count**-2.0)
+    force = np.bincount(own.point.ravel(), weights=share.ravel())
     found = force @ np.hypot(*arm.T) / (4 / 3 * (np.sqrt(2) + np.arcsinh(1)))
     assert found - 1 == pytest.approx(off, abs=1e-3)
 

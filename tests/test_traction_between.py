@@ -40,9 +40,9 @@ def faced_part(candidates):
 def areas(candidates, nodes):
     """Of straight sides, int psi_p dA (c,) over the part that faces the tool."""
     (points,) = candidates.points
-    ends = nodes[points.lines]
+    ends = nodes[points.facets]
     half = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) / 2
-    return faced_part(candidates) * np.bincount(points.edges.ravel(), np.repeat(half, 2))
+    return faced_part(candidates) * np.bincount(points.point.ravel(), np.repeat(half, 2))
 
 
 @pytest.mark.parametrize("by", [0.05, 0.1])

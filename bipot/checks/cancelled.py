@@ -70,11 +70,11 @@ def _parted(iterate: Iterate) -> Floats:
 
 def _within(scene: Scene, points: Points, moved: Floats) -> tuple[Floats, Floats]:
     """:func:`_means` around ``points`` at a rigid tool, where nodes have ``moved`` (a, d) along it."""
-    lines, d = points.lines, moved.shape[1]
-    table = facet(lines.shape[1], d)
-    psi = table.values @ hats(lines.shape[1], d).T
-    weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, lines, scene.geometry), psi)
-    return _means(points.edges, weight, (table.values @ moved[lines])[:, :, None], len(points.node))
+    facets, d = points.facets, moved.shape[1]
+    table = facet(facets.shape[1], d)
+    psi = table.values @ hats(facets.shape[1], d).T
+    weight = einsum("fq,qk->fqk", facet_weights(scene.mesh.nodes, facets, scene.geometry), psi)
+    return _means(points.point, weight, (table.values @ moved[facets])[:, :, None], len(points.node))
 
 
 def _between(iterate: Iterate, sides: Sides, normals: Floats) -> tuple[Floats, Floats]:

@@ -27,7 +27,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     for plane in scene.mirrors:
         there = plane.holds(x)
         normal[there] = across(normal[there], plane.normal)
-    normal, apart, far = unit(normal), rounding(nodes, sides, found.reach), found.apart
+    normal, apart, far = unit(normal), rounding(nodes, sides, found.reach), found.unfaced
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
     faced = Faced(
         sides=sides,

@@ -64,7 +64,7 @@ def mirrored(scene: Scene, number: int, own: Points) -> tuple[Bools, Floats]:
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
             there &= _goes_on(scene, own, there, support.along(d))
             left[there] = across(left[there], support.along(d))
-            if (own.weighted or own.faced is not None) and d == 3:
+            if own.in_means and d == 3:
                 within[there] = across(within[there], support.along(d))
     return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within
 
@@ -93,7 +93,7 @@ def _goes_on(scene: Scene, own: Points, there: Bools, normal: Vector) -> Bools:
         return there
     inside, out = np.zeros(len(scene.mesh.nodes), dtype=bool), np.zeros_like(there)
     inside[own.node[there]] = True
-    np.logical_or.at(out, own.edges, beyond(scene.mesh.nodes, own.lines, inside, normal))
+    np.logical_or.at(out, own.point, beyond(scene.mesh.nodes, own.facets, inside, normal))
     return out
 
 

@@ -52,14 +52,15 @@ from bipot.typing import Bools, Floats, Ints, Vector, read_only
 class Points:
     """Points (p,) of a tool's boundaries.
 
-    They are at the nodes ``node`` (p,) with the ``weights`` D (p, a); ``edges`` (f, n) are the points and ``lines``
-    (f, m) the nodes of each facet of the boundaries. What they have ``faced`` at a deformable tool is None for others.
+    They are at the nodes ``node`` (p,) with the ``weights`` D (p, a); ``point`` (f, k) are the points and ``facets``
+    (f, n) the nodes of each facet of the boundaries, between parts of each flat part of one. What they have ``faced``
+    at a deformable tool is None for others.
     """
 
     node: Ints
     weights: sp.csr_matrix
-    edges: Ints
-    lines: Ints
+    point: Ints
+    facets: Ints
     faced: Faced | None = None
 
     @property
@@ -70,20 +71,29 @@ class Points:
     @property
     def weighted(self) -> bool:
         """Whether they are means of several nodes."""
-        return self.edges.shape[1] < self.lines.shape[1]
+        return self.point.shape[1] < self.facets.shape[1]
+
+    @property
+    def in_means(self) -> bool:
+        """Whether contact is posed in means at these points, of several nodes or between parts."""
+        return self.weighted or self.faced is not None
+
+    def areas(self, nodes: Floats, geometry: Geometry) -> Floats:
+        """The area (f, k) of each facet that each of its points stands for, with the ``nodes`` at (a, d)."""
+        return (hat_areas if self.weighted else nodal_areas)(nodes, self.facets, geometry)
 
 
 def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
     """Where contact with the tool is posed."""
-    lines = mesh.edges(*tool.candidates)
+    facets = mesh.edges(*tool.candidates)
     if tool.sampling is Sampling.NODES or not mesh.element.quadratic:
-        node, edges = np.unique(lines, return_inverse=True)
+        node, point = np.unique(facets, return_inverse=True)
         count, one = len(node), np.ones(len(node))
         weights = sp.csr_matrix((one, node, np.arange(count + 1)), shape=(count, len(mesh.nodes)))
-        return Points(node, weights, edges.reshape(lines.shape), lines)
-    edges, node = ends_of(mesh.nodes, lines, mesh.element.ends)
-    shares = hats(lines.shape[1], mesh.dimension) @ facet_mass(mesh.nodes, lines, geometry)
-    row, column = np.broadcast_arrays(edges[:, :, None], lines[:, None, :])
+        return Points(node, weights, point.reshape(facets.shape), facets)
+    point, node = ends_of(mesh.nodes, facets, mesh.element.ends)
+    shares = hats(facets.shape[1], mesh.dimension) @ facet_mass(mesh.nodes, facets, geometry)
+    row, column = np.broadcast_arrays(point[:, :, None], facets[:, None, :])
     shape = len(node), len(mesh.nodes)
     weights = sp.csr_matrix((shares.ravel(), (row.ravel(), column.ravel())), shape=shape)
     weights.sum_duplicates()
@@ -91,7 +101,7 @@ def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
     # On a straight edge the weight of the far end is round-off of zero.
     weights.data[np.abs(weights.data) <= ACROSS] = 0.0
     weights.eliminate_zeros()
-    return Points(node, weights, edges, lines)
+    return Points(node, weights, point, facets)
 
 
 @cache
@@ -109,14 +119,27 @@ def hats(count: int, dimension: int) -> Floats:
     return read_only(out, np.float64)
 
 
-def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
-    """int psi_k dA (f, k) for the ends of quadratic facets ``lines`` (f, n).
+def hat_areas(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
+    """int psi_k dA (f, k) for the ends of quadratic ``facets`` (f, n).
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> hat_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).tolist()
     [[0.5, 0.5]]
     """
-    return facet_mass(nodes, lines, geometry).sum(axis=2) @ hats(lines.shape[1], nodes.shape[1]).T
+    return facet_mass(nodes, facets, geometry).sum(axis=2) @ hats(facets.shape[1], nodes.shape[1]).T
+
+
+def nodal_areas(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
+    """The nodes' shares (f, n) of the areas of ``facets`` (f, n), none of them negative.
+
+    >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
+    >>> (6 * nodal_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)).round(12)
+    array([[1., 4., 1.]])
+    """
+    signed = facet_mass(nodes, facets, geometry).sum(axis=2)
+    part = np.maximum(signed, 0.0)
+    whole = part.sum(axis=1)
+    return part * np.divide(signed.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
 
 
 def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:

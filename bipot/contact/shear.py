@@ -29,9 +29,6 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.contact.candidates import Candidates
-from bipot.contact.sampling import hat_areas
-from bipot.fem.reduction import Geometry
-from bipot.fem.surface import facet_mass
 from bipot.tensors import norm
 from bipot.typing import Floats, Ints
 
@@ -54,44 +51,28 @@ def caps(
     """
     scene, ends = candidates.scene, candidates.scene.mesh.element.ends
     k = strength(scene.materials.yield_stress(peeq), volume)
-    carried = np.zeros(len(candidates.node))
+    carried = [np.zeros(len(points.node)) for points in candidates.points]
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         # Beneath others the yield stress may be infinite.
         if not tool.capped:
             continue
-        candidate, lines = candidates.number[number], points.lines
-        areas = (hat_areas if points.weighted else nodal_areas)(balanced, lines, scene.geometry)
+        facets, areas = points.facets, points.areas(balanced, scene.geometry)
         if points.faced is None:
-            boundary = np.unique(lines)
+            boundary = np.unique(facets)
             gaps = np.zeros(len(nodes))
             gaps[boundary] = tool.distance(nodes[boundary], pose)
-            gap = np.asarray(points.weights @ gaps)[points.edges]
+            gap = np.asarray(points.weights @ gaps)[points.point]
         else:
-            gap = candidates.distance(nodes, placed)[candidate][points.edges]
-            areas *= points.faced.part[points.edges]
-        # All means are at the ends of facets; deformable tools have the straight parts of edges.
-        at = lines[:, ends] if points.weighted else lines
+            gap = candidates.distance(nodes, placed)[candidates.number[number]][points.point]
+            areas *= points.faced.part[points.point]
+        # All means are at the ends of facets; between parts facets are flat parts of them.
+        at = facets[:, ends] if points.weighted else facets
         outer = ends if at.shape[1] > len(ends) else np.arange(at.shape[1])
         owners = scene.mesh.owners(*tool.candidates)
-        strong = lying(nodes[at], gap, outer) * k[np.repeat(owners, len(lines) // len(owners))]
-        total = np.zeros(len(candidate))
-        np.add.at(total, points.edges, strong[:, None] * areas)
-        carried[candidate[candidate >= 0]] = total[candidate >= 0]
+        strong = lying(nodes[at], gap, outer) * k[np.repeat(owners, len(facets) // len(owners))]
+        np.add.at(carried[number], points.point, strong[:, None] * areas)
     bounded = np.isfinite(candidates.shear)
-    return np.where(bounded, np.where(bounded, candidates.shear, 0.0) * carried, np.inf)
-
-
-def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
-    """The nodes' shares (f, n) of the areas of facets ``lines`` (f, n), none of them negative.
-
-    >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    >>> (6 * nodal_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)).round(12)
-    array([[1., 4., 1.]])
-    """
-    signed = facet_mass(nodes, lines, geometry).sum(axis=2)
-    part = np.maximum(signed, 0.0)
-    whole = part.sum(axis=1)
-    return part * np.divide(signed.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
+    return np.where(bounded, np.where(bounded, candidates.shear, 0.0) * candidates.of_points(*carried), np.inf)
 
 
 def lying(x: Floats, gap: Floats, ends: Ints) -> Floats:

@@ -202,10 +202,10 @@ def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, float]
     """
     tools, scene = range(len(candidates.points)), candidates.scene
     on_lines, may_touch = [on_line(candidates, k, closed) for k in tools], [_may_touch(candidates, k) for k in tools]
-    for chosen in (on_lines, may_touch, [np.ones(len(points.edges), dtype=bool) for points in candidates.points]):
+    for chosen in (on_lines, may_touch, [np.ones(len(points.point), dtype=bool) for points in candidates.points]):
         pairs = list(zip(candidates.points, chosen, strict=True))
-        lines = np.concatenate([points.lines[mine] for points, mine in pairs])
-        parts = [shares(scene, k, points)[np.unique(points.edges[mine])] for k, (points, mine) in enumerate(pairs)]
+        lines = np.concatenate([points.facets[mine] for points, mine in pairs])
+        parts = [shares(scene, k, points)[np.unique(points.point[mine])] for k, (points, mine) in enumerate(pairs)]
         yield lines, sum(float(part.sum()) for part in parts)
 
 
@@ -218,4 +218,4 @@ def _may_touch(candidates: Candidates, number: int) -> Bools:
     for plane in scene.planes:
         if not plane.cuts(scene.tools[number]):
             may = may | plane.holds(scene.mesh.nodes[points.node])
-    return np.asarray(may[points.edges].all(axis=1))
+    return np.asarray(may[points.point].all(axis=1))

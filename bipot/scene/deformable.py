@@ -91,7 +91,7 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     sides = tool.sides
     found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
-    gap[found.apart] = 0.0
+    gap[found.unfaced] = 0.0
     least = int(np.argmin(gap))
     off = f"off the tool's surface, not {-gap[least]:.3g} in it at node {sides.node[least]}"
     allowed = INSIDE * mesh.size + CURVED * max(_height(mesh.nodes[side]) for side in (sides.one, sides.other))

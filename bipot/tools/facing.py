@@ -47,14 +47,14 @@ the longest edge or diagonal from there."""
 class Facing:
     """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, d).
 
-    Where a point does not face it, as at ``apart`` (p,), the weights are those of its own node. The ``part`` (p,) of
-    int psi_p dA faces the other one, which reaches before the point as far as the mean of psi_p there, weighted by
+    Where a point does not face it, as those ``unfaced`` (u,), the weights are those of its own node. The ``part`` (p,)
+    of int psi_p dA faces the other one, which reaches before the point as far as the mean of psi_p there, weighted by
     psi_p: ``reach`` (p,).
     """
 
     weights: sp.csr_matrix
     normal: Floats
-    apart: Ints
+    unfaced: Ints
     part: Floats
     reach: Floats
 
@@ -145,16 +145,16 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     area = _sums(point, share, count)
     reach = _sums(point, square, count) / np.where(area > 0, area, 1.0)
     part = np.minimum(area / _sums(sides.point, hat_integrals(corners, ring), count), 1.0)
-    apart = np.flatnonzero(part <= LEAST)
+    unfaced = np.flatnonzero(part <= LEAST)
     theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
     out = outward(corners)
     np.add.at(theirs, point, share[..., None] * found.across[:, None])
     np.add.at(ours, point, -share[..., None] * out[found.flat][:, None])
     # Where nothing is faced, normals are those of all facets.
     np.add.at(alone, sides.point, -out[:, None])
-    theirs[apart] = ours[apart] = alone[apart]
+    theirs[unfaced] = ours[unfaced] = alone[unfaced]
     normal = unit(part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours))
-    return Facing(_weights(found, point, area, apart, sides), normal, apart, part, reach)
+    return Facing(_weights(found, point, area, unfaced, sides), normal, unfaced, part, reach)
 
 
 def _sums(point: Ints, values: Floats, count: int) -> Floats:
@@ -162,7 +162,7 @@ def _sums(point: Ints, values: Floats, count: int) -> Floats:
     return np.asarray(np.bincount(point.ravel(), values.ravel(), count), np.float64)
 
 
-def _weights(found: Integrands, point: Ints, area: Floats, apart: Ints, sides: Sides) -> sp.csr_matrix:
+def _weights(found: Integrands, point: Ints, area: Floats, unfaced: Ints, sides: Sides) -> sp.csr_matrix:
     """(D, -M) (p, a) by the ``point`` (s, k) of each hat function, and int psi dA (p,) over what is faced."""
     own = np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.mine)
     others = -np.einsum("sg,sgp,sgk->spk", found.weight, found.psi, found.its)
@@ -171,9 +171,9 @@ def _weights(found: Integrands, point: Ints, area: Floats, apart: Ints, sides: S
         for of, at in ((own, found.own), (others, found.others))
     ]
     values, rows, columns = (np.concatenate([part[k].ravel() for part in entries]) for k in range(3))
-    kept = ~np.isin(rows, apart)
-    data = np.concatenate([values[kept] / area[rows[kept]], np.ones(len(apart))])
-    place = np.concatenate([rows[kept], apart]), np.concatenate([columns[kept], sides.node[apart]])
+    kept = ~np.isin(rows, unfaced)
+    data = np.concatenate([values[kept] / area[rows[kept]], np.ones(len(unfaced))])
+    place = np.concatenate([rows[kept], unfaced]), np.concatenate([columns[kept], sides.node[unfaced]])
     weights = sp.csr_matrix((data, place), shape=(len(area), len(sides.nodes)))
     weights.sum_duplicates()
     return weights
