@@ -7,10 +7,10 @@ the place y(x) on the other boundary, and
     z_p = sum_k D_pk x_k - sum_l M_pl y_l,    D_pk = int psi_p N_k dA / int psi_p dA,    M_pl likewise with N_l(y(x)),
 
 with the shape functions N of the edges, is the mean vector between them over the part of the boundary that faces the
-other one. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`), where neither side has a node within, so that
-they are exact: a uniform pressure on the one side is the same on the other, whatever the meshes are. Rows of the
-weights (D, -M) sum to zero. With the normal n_p, into the side of the points, the gap is n_p . z_p, and a force r_p
-acts on the nodes of both sides.
+other one. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`, in space :mod:`bipot.tools.polygons`), where
+neither side has a node within, so that they are exact: a uniform pressure on the one side is the same on the other,
+whatever the meshes are. Rows of the weights (D, -M) sum to zero. With the normal n_p, into the side of the points, the
+gap is n_p . z_p, and a force r_p acts on the nodes of both sides.
 
 The distance from x to y(x), along the normal n of x, changes by m . v / (n . m) as the sides move by v to each other,
 with the normal m of y(x). Forces that do the work of the gaps are therefore along m: a corner that ploughs is pushed
