@@ -110,7 +110,8 @@ class Faced(Nowhere):
         return np.vecdot(along, by[..., None, :])
 
 
-UNKNOWN = Nowhere(Sides.of(np.empty((0, 2)), *np.empty((2, 0, 2), np.intp)))
+NONE = np.empty((0, 2), np.intp)
+UNKNOWN = Nowhere(Sides(np.empty((0, 2)), NONE, NONE, NONE, NONE, NONE[:, 0]))
 """What a tool meets of which the mesh is not known yet."""
 
 
