@@ -65,7 +65,7 @@ class Points:
 
     @property
     def farther(self) -> Floats:
-        """How much farther off (p,) than it is a deformable tool is felt (:attr:`Faced.farther`); zero of others."""
+        """How much farther off (p,) than they are deformable tools are felt; zero of others."""
         return np.zeros(len(self.node)) if self.faced is None else self.faced.farther
 
     @property
