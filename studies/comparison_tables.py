@@ -171,15 +171,20 @@ def of_paced(results: Path) -> Made:
 
 
 def of_foreign(results: Path, study: foreign.Study) -> Made:
-    """Forces of both programs on a punch, and how far ours is from the other; a dash where one does not come."""
+    """Forces of both programs on a punch, and how far ours is from the other; a dash where one does not come.
+
+    The last column has the seconds of both.
+    """
     rows = read_rows(results / f"{study.name}.csv", foreign.Row)
     marks = study.whole.marks
-    head = ["mu", "a side", *(f"travel of {100 * mark:g} %" for mark in marks)]
-    lines = dict[tuple[float, int], list[str]]()
+    head = ["mu", "a side", *(f"travel of {100 * mark:g} %" for mark in marks), "s"]
+    lines, seconds = dict[tuple[float, int], list[str]](), dict[tuple[float, int], str]()
     for row in rows:
-        cells = lines.setdefault((row.mu, row.elements), [f"{row.mu:g}", str(row.elements)])
+        run = row.mu, row.elements
+        cells = lines.setdefault(run, [f"{row.mu:g}", str(row.elements)])
         cells.append(f"{row.own_force_N:.0f}, {row.foreign_force_N:.0f} ({100 * row.difference:+.2f} %)")
-    return head, [[*cells, *["–"] * (len(head) - len(cells))] for cells in lines.values()]
+        seconds[run] = f"{row.own_s:.1f}, {row.foreign_s:.1f}"
+    return head, [[*cells, *["–"] * (len(head) - 1 - len(cells)), seconds[run]] for run, cells in lines.items()]
 
 
 def _penalties(results: Path) -> list[Line]:

@@ -76,7 +76,7 @@ def test_where_an_element_folds_the_forces_before_are_kept_and_that_is_said(monk
 
     whole = foreign.march
     monkeypatch.setattr(foreign, "march", breaking)
-    forces, count = STUDY.own(0.0, 5, (0.1, 0.2))
+    forces, count, _ = STUDY.own(0.0, 5, (0.1, 0.2))
     assert forces == pytest.approx([known(0.1)], rel=ACCURACY)
     assert count == 1
     assert "mu = 0, 5 a side: an element folded" in capsys.readouterr().err

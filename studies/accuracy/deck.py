@@ -60,6 +60,11 @@ class Deck:
         """Of the punch."""
         return 1
 
+    @property
+    def tool(self) -> Material:
+        """What the punch is made of."""
+        return self.scene().material
+
     def force(self, total: Sequence[float]) -> float:
         """On the whole punch, from the ``total`` (3,) that is printed of its nodes."""
         return SECTORS * abs(total[1])
@@ -96,7 +101,7 @@ class Deck:
             yield f"*ELSET, ELSET=OF_{part}"
             yield from (f"{element + 1}," for element in elements)
             yield f"*SOLID SECTION, ELSET=OF_{part}, MATERIAL={part}"
-        yield from _elastic("TOOL", scene.material)
+        yield from _elastic("TOOL", self.tool)
         yield "*SOLID SECTION, ELSET=TOOL, MATERIAL=TOOL"
         yield "*SURFACE INTERACTION, NAME=LAW"
         yield f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{penalty:.12g}"
@@ -113,7 +118,7 @@ class Deck:
             yield from (f"{node + 1}," for node in np.unique(upper))
         else:
             yield "*SURFACE, NAME=SLAVE"
-            yield from _faces(mesh, upper[:, [0, -1]])
+            yield from edges_of(mesh, upper[:, [0, -1]])
         yield from self._master(mesh)
 
     def _master(self, mesh: Mesh) -> Iterator[str]:
@@ -173,10 +178,10 @@ def _body(mesh: Mesh, element: str, held: Mapping[str, Floats]) -> Iterator[str]
         yield from (f"{node + 1}," for node in np.flatnonzero(place == 0))
 
 
-def _faces(mesh: Mesh, ends: Ints) -> Iterator[str]:
-    """Element and side of edges by their ends (e, 2), in the counting of the deck."""
+def edges_of(mesh: Mesh, ends: Ints, before: int = 0) -> Iterator[str]:
+    """Element, with so many ``before`` it, and side of edges by their ends (e, 2), in the counting of the deck."""
     wanted = {frozenset(pair) for pair in ends.tolist()}
-    for number, corners in enumerate(mesh.elements[:, :4].tolist(), 1):
+    for number, corners in enumerate(mesh.elements[:, :4].tolist(), before + 1):
         for side in range(4):
             if frozenset((corners[side], corners[(side + 1) % 4])) in wanted:
                 yield f"{number}, S{side + 1}"

@@ -1,11 +1,12 @@
 """The force on a punch by both programs, mesh by mesh: what the studies beside CalculiX on one deck each share.
 
-Both programs have the quarter of a meridian plane in equal elements Q8 with 2 x 2 points (CAX8R) and contact at nodes,
-so that their meshes' errors are the same. What differs are increments, flow of order two or one, and exact or penalised
-contact.
+Both programs have the quarter of a meridian plane in equal elements Q8 with 2 x 2 points (CAX8R) and contact at nodes
+of the body, so that their meshes' errors are the same. What differs are increments, flow of order two or one, and exact
+or penalised contact; at deformable dies also how contact is posed.
 
 ``DIR/NAME.csv`` has a row a force: its relative ``difference`` is ours over CalculiX's, less one. The command ends with
-exit code 1 where one exceeds :data:`MOST`.
+exit code 1 where one exceeds :data:`MOST`. Seconds are processor time: ours from the making of the scene on, those of
+CalculiX of its whole process.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -50,7 +52,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Row:
-    """Row of a table; increments are those of the whole march."""
+    """Row of a table; increments and seconds are those of the whole march."""
 
     mu: float
     elements: int
@@ -60,6 +62,8 @@ class Row:
     difference: float
     own_increments: int
     foreign_increments: int
+    own_s: float
+    foreign_s: float
 
 
 def key(row: Row) -> tuple[float, int, float]:
@@ -81,8 +85,9 @@ class Study:
     fast: Plan
     given: Mapping[str, float | str]
 
-    def own(self, mu: float, elements: int, marks: Sequence[float]) -> tuple[list[float], int]:
-        """Forces (N) at the marks, to the last before an element folds, and how many increments they took."""
+    def own(self, mu: float, elements: int, marks: Sequence[float]) -> tuple[list[float], int, float]:
+        """Forces (N) at the marks, to the last before an element folds, how many increments they took, and seconds."""
+        begun = time.process_time()
         landings = tuple(mark / marks[-1] for mark in marks[:-1])
         control, schedule = (
             Control(Newton(), (Tangent(), Dissipation())),
@@ -94,14 +99,15 @@ class Study:
         except IncrementFailed as failed:
             say(f"mu = {mu:g}, {elements} a side: {failed}", sys.stderr)
         forces = [-float(step.tool_force(0)[1]) for step in steps if step.state.tau in (*landings, 1.0)]
-        return forces, len(steps)
+        return forces, len(steps), time.process_time() - begun
 
     def rows(self, mu: float, elements: int, marks: Sequence[float], ccx: str) -> Iterator[Row]:
         """Of one mesh, to the last mark that both programs reach."""
-        forces, count = self.own(mu, elements, marks)
+        forces, count, seconds = self.own(mu, elements, marks)
         other = calculated(self.deck(mu, "CAX8R", NODES, elements, LONGEST, *PENALTY), marks, ccx)
         for mark, force, foreign in zip(marks, forces, other.forces, strict=False):
-            yield Row(mu, elements, mark, force, foreign, force / foreign - 1, count, other.increments)
+            spent = count, other.increments, seconds, other.seconds
+            yield Row(mu, elements, mark, force, foreign, force / foreign - 1, *spent)
 
     def run(self, asked: argparse.Namespace) -> int:
         """Go mesh by mesh, rewriting the table after each; 1 where the programs differ."""

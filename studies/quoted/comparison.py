@@ -219,6 +219,7 @@ QUOTED = Quoted(
         "fine_accuracy": lambda results: percent(_fine(results, "accuracy 0.001", "force_error"), 1),
         "domed": lambda results: percent(max(map(abs, results.column("domed", "difference"))), 1),
         "clad": lambda results: percent(max(map(abs, results.column("clad", "difference"))), 1),
+        "die": lambda results: percent(max(map(abs, results.column("die", "difference"))), 1),
         "clad_own": lambda results: percent(_off_known(results, "own_force_N"), 1),
         "clad_foreign": lambda results: percent(_off_known(results, "foreign_force_N"), 1),
         "domed_friction": lambda results: percent(_by_friction(results)),
