@@ -57,12 +57,10 @@ def solve_facing(
         except LeftOff as left:
             if rough.asked:
                 raise
-            solved, near, passes = None, left.near, passes + rough.passes
+            near_to, passes = left.near, passes + rough.passes
         else:
-            near, passes = Near(solved.iterate, solved.r), passes + solved.passes
-        near_to = Near(refaced(near.iterate), near.r)
-        if solved is not None:
-            here = Examined(near_to.iterate, near.r, largest, limits.bounds)
+            near_to, passes = Near(refaced(solved.iterate), solved.r), passes + solved.passes
+            here = Examined(near_to.iterate, near_to.r, largest, limits.bounds)
             ratios = here.ratios()
             if all(ratio <= 1 for name, ratio in ratios.items() if solved.posed is None or name in POSED):
                 refuse_passed(here.iterate)
