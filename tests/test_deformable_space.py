@@ -31,7 +31,6 @@ from bipot.tools.flats import outward
 from bipot.tools.passing import crossed, deep
 from bipot.tools.polygons import polygons
 from tests.deformable import ELASTIC, STEEL, shifted
-from tests.scenes import refused
 
 NEWTON = Control(Newton(), ())
 TURNS = {"straight": np.eye(3), "turned": Rotation.from_rotvec([0.3, -0.5, 0.2]).as_matrix()}
@@ -202,8 +201,3 @@ def test_friction_turns_with_the_slip():
         force = forces[tau]
         assert force[2] > 100.0
         np.testing.assert_allclose(force[:2] / (0.25 * force[2]), along, atol=0.02)
-
-
-def test_what_does_not_fit_is_refused():
-    scene = stack(np.eye(3))
-    refused(lambda: replace(scene, mesh=scene.mesh.to(Element.H20)), "H8, T4 and T10 in space")

@@ -1,4 +1,4 @@
-"""Deformable tools in space with quadratic faces: tetrahedra with ten nodes."""
+"""Deformable tools in space with quadratic faces: tetrahedra with ten nodes, bricks with twenty."""
 
 from dataclasses import replace
 
@@ -20,20 +20,22 @@ from bipot import (
     together,
 )
 from bipot.fem.surface import facet_mass
-from bipot.scene.deformable import require_facing
 from bipot.tools.facing import facing
 from bipot.tools.flats import flats
 from bipot.tools.passing import crossed, deep
+from bipot.tools.plane import area_of
 from tests.deformable import shifted
-from tests.scenes import refused
 from tests.test_deformable_caps import K, dragged
 from tests.test_deformable_space import FEW, NEWTON, TURNS, last, pressed, stack
 
+ELEMENTS = Element.T10, Element.H20
+
 
 @pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("form", [Newton(), pytest.param(Dissipation(), marks=pytest.mark.slow)])
-def test_a_uniform_pressure_passes_meshes_that_do_not_match(turn, form):
-    scene = stack(TURNS[turn], mu=0.3, element=Element.T10, kind=Symmetry)
+def test_a_uniform_pressure_passes_meshes_that_do_not_match(turn, element, form):
+    scene = stack(TURNS[turn], mu=0.3, element=element, kind=Symmetry)
     accepted = last(scene, Control(form, ()))
     stress = accepted.state.stress
     assert np.ptp(stress, axis=(0, 1)).max() < 1e-6 * np.abs(stress).max()
@@ -99,6 +101,24 @@ def _quadratic(place):
     return np.stack([a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a], axis=1)
 
 
+@pytest.mark.parametrize("count", [6, 8])
+def test_flats_are_all_of_a_face_and_run_as_it_does(count):
+    """Whichever its first corner is."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    ends = square if count == 8 else square[[0, 1, 3]]
+    nodes, half = np.vstack([ends, (ends + np.roll(ends, -1, axis=0)) / 2]), count // 2
+    found = []
+    for first in range(half):
+        turned = np.concatenate([np.roll(np.arange(half), -first), half + np.roll(np.arange(half), -first)])
+        of = flats(turned[None], 3)
+        areas = area_of(nodes[of])
+        assert (areas > 0).all()
+        assert areas.sum() == pytest.approx(area_of(ends))
+        found.append({tuple(sorted({*part})) for part in of.tolist()})
+    assert found.count(found[0]) == half
+    assert set().union(*found[0]) == {*range(count)}
+
+
 def test_points_share_the_area_of_plane_faces():
     mesh = brick(2.0, 1.0, 1.0, 2, 1, 1, element=Element.T10)
     faces = flats(mesh.around("top"), 3)
@@ -120,8 +140,9 @@ def test_middle_nodes_that_go_through_faces_are_found():
 
 
 @pytest.mark.slow
-def test_forms_agree_and_work_is_kept():
-    scene = pressed(press=0.2, element=Element.T10)
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_forms_agree_and_work_is_kept(element):
+    scene = pressed(press=0.2, element=element)
     first, other = (last(scene, Control(form, ()), FEW) for form in (Newton(), Dissipation()))
     np.testing.assert_allclose(other.tool_force(0), first.tool_force(0), rtol=1e-5)
     assert abs(first.energies.energy_error) < 1e-3
@@ -129,39 +150,38 @@ def test_forms_agree_and_work_is_kept():
 
 
 @pytest.mark.slow
-def test_tetrahedra_and_bricks_tend_to_one_force():
+def test_all_elements_tend_to_one_force():
     """The pressing of a block by a punch: 0.5 per cent on meshes as coarse as these."""
     schedule = Schedule(3, first=0.05)
     force = [
         last(pressed(press=0.3, n=n, element=of), NEWTON, schedule).tool_force(0)[2]
-        for of, n in ((Element.H8, 4), (Element.T10, 2))
+        for of, n in ((Element.H8, 4), (Element.T10, 2), (Element.H20, 2))
     ]
-    assert force[0] == pytest.approx(force[1], rel=5e-3)
+    np.testing.assert_allclose(force[1:], force[0], rtol=5e-3)
 
 
 @pytest.mark.parametrize("height", [0.05, 0.2])
-def test_a_uniform_pressure_passes_a_curved_interface(height):
-    """That of two welded blocks without lateral strain, on meshes that do not match."""
-    scene = stack(np.eye(3), mu=np.inf, element=Element.T10, kind=Symmetry)
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_a_uniform_pressure_passes_a_curved_interface(element, height):
+    """That of two welded blocks without lateral strain, on meshes that do not match; errors are of order two in slopes.
+
+    Points with gaps that curved sides only seem to have slipped in the first increment, as if they were not welded.
+    """
+    scene = stack(np.eye(3), mu=np.inf, element=element, kind=Symmetry)
     x = scene.mesh.nodes.copy()
     x[:, 2] -= height * (x[:, 0] ** 2 + x[:, 1] ** 2) * np.clip(1 - np.abs(x[:, 2] - 1), 0, 1)
     curved = replace(scene, mesh=replace(scene.mesh, nodes=x), material=Elastic(Elasticity(210e3, 0.0)))
     stress = last(curved).state.stress
-    assert np.abs(stress - stress.mean(axis=(0, 1))).max() < 0.12 * height * np.abs(stress).max()
+    assert np.abs(stress - stress.mean(axis=(0, 1))).max() < 0.2 * height**2 * np.abs(stress).max()
 
 
 @pytest.mark.slow
-def test_caps_of_friction_are_those_of_the_area():
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_caps_of_friction_are_those_of_the_area(element):
     """Of a cube that is dragged, 1 by 1: m k A, of which what has lifted at its trailing edge bears nothing."""
-    slid = last(dragged(Element.T10), NEWTON, Schedule(5))
-    cap, friction = slid.solved.iterate.rows.cap, np.hypot(*slid.state.forces[:, 1:].T)
-    assert cap.sum() == pytest.approx(0.3 * K, rel=2e-3)
-    bears = slid.state.forces[:, 0] > 0
-    np.testing.assert_allclose(friction, np.where(bears, cap, 0.0), rtol=1e-6)
+    slid = last(dragged(element), NEWTON, Schedule(5))
+    rows, (normal, *along) = slid.solved.iterate.rows, slid.state.forces.T
+    assert rows.cap.sum() == pytest.approx(0.3 * K, rel=2e-3)
+    cap, bears = np.minimum(rows.cap, rows.mu * normal), normal > 0
+    np.testing.assert_allclose(np.hypot(*along), cap, rtol=1e-6, atol=1e-6 * cap.max())
     assert cap[bears].sum() > 0.97 * cap.sum()
-
-
-def test_faces_of_which_no_pieces_are_known_are_refused():
-    mesh = stack(np.eye(3)).mesh.to(Element.H20)
-    tool = DeformableTool(("low/top",), ("up/base",), 0.0).of(mesh)
-    refused(lambda: require_facing(mesh, False, tool, "tools[0]"), r"H20.*one of H8, T4 and T10 in space")

@@ -22,19 +22,20 @@ SLIDING = 19
 def test_scenes_are_of_two_or_three_parts_and_are_always_the_same():
     scenes = [draw_solid_parts(seed).scene for seed in range(20)]
     assert {len(scene.tools) for scene in scenes} == {1, 2}
-    assert {scene.mesh.element for scene in scenes} == {Element.T4, Element.T10, Element.H8}
+    assert {scene.mesh.element for scene in scenes} == {Element.T4, Element.T10, Element.H8, Element.H20}
     assert scenes[3] == draw_solid_parts(3).scene
 
 
 @pytest.mark.parametrize(
     ("scene", "off"),
     [
-        (stack(TURNS["turned"]), 3e-6),
+        (stack(TURNS["turned"]), 1e-6),
         (stack(TURNS["turned"], element=Element.T4), 1e-14),
         (stack(TURNS["turned"], element=Element.T10), 1e-13),
-        (pressed(), 3e-7),
+        (stack(TURNS["turned"], element=Element.H20), 1e-5),
+        (pressed(), 1e-8),
     ],
-    ids=["bricks", "tetrahedra", "quadratic", "folding"],
+    ids=["bricks", "tetrahedra", "quadratic", "quadratic bricks", "folding"],
 )
 def test_what_is_faced_is_what_the_library_faces_in_any_configuration(scene, off):
     """To round-off where faces are triangles or parallelograms; else rules differ."""

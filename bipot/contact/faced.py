@@ -6,10 +6,9 @@ import numpy as np
 
 from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
-from bipot.tensors import unit
 from bipot.tools.deformable import DeformableTool, Faced
 from bipot.tools.facing import facing, rounding
-from bipot.tools.surfaces import across
+from bipot.tools.seeming import in_planes
 from bipot.typing import Floats
 
 FAR = 1e3
@@ -22,18 +21,19 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     In a plane of symmetry, and on an axis, normals lie in it.
     """
     sides = tool.sides
-    found, at = facing(nodes, sides, scene.ring), sides.node
-    normal, x = found.normal.copy(), scene.mesh.nodes[at]
-    for plane in scene.mirrors:
-        there = plane.holds(x)
-        normal[there] = across(normal[there], plane.normal)
-    normal, apart, far = unit(normal), rounding(nodes, sides, found.reach), found.unfaced
+    met, at = tool.met, sides.node
+    found = facing(nodes, sides, met.ring)
+    normal = in_planes(found.normal, sides.nodes[at], met.planes)
+    apart, far = rounding(nodes, sides, found.reach), found.unfaced
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
     faced = Faced(
         sides=sides,
+        ring=met.ring,
+        planes=met.planes,
         normals=normal,
         places=np.abs(nodes[at]).max(axis=1),
         apart=apart,
+        none=tool.seeming,
         part=found.part,
     )
     return Points(at, found.weights, sides.point, sides.flats, faced)

@@ -5,25 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require
-from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.tensors import norm
 from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.facing import facing
 from bipot.tools.passing import deep
+from bipot.tools.seeming import chords, means_of, missed
 from bipot.tools.tool import Sampling
-from bipot.typing import Floats, Ints
+from bipot.typing import Ints
 
 INSIDE = 1e-9
 """Depth of candidates in a deformable tool at rest, over the body's size, up to which it is round-off."""
-
-CURVED = 1e-3
-"""The same over the height of curved edges, up to which parabolas through nodes on one curve differ: of order four in
-the size of edges, while heights are of order two."""
-
-
-UNPOSED = (Element.H20,)
-"""Elements of whose faces no pieces are known."""
 
 
 def require_joined(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
@@ -72,13 +63,11 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     """Refuse a deformable tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: of H20 elements; inner edges, or some that two boundaries of one side have in common;
+        SceneError: inner edges, or some that two boundaries of one side have in common;
             nodes in both boundaries, or coefficients at nodes of none; candidates in the surface at rest, or sides that
             are deep in each other beside their means.
     """
     what = "edge" if mesh.dimension == 2 else "face"
-    allowed = "one of H8, T4 and T10 in space, with a deformable tool"
-    require(mesh.element not in UNPOSED, "scene.mesh", mesh.element.name, allowed)
     for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
         inner = mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")
@@ -90,26 +79,11 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
     sides = tool.sides
     found = facing(mesh.nodes, sides, ring)
-    gap = np.vecdot(found.normal, found.weights @ mesh.nodes)
-    gap[found.unfaced] = 0.0
+    gap = np.vecdot(found.normal, means_of(mesh.nodes, found))
     least = int(np.argmin(gap))
     off = f"off the tool's surface, not {-gap[least]:.3g} in it at node {sides.node[least]}"
-    allowed = INSIDE * mesh.size + CURVED * max(_height(mesh.nodes[side]) for side in (sides.one, sides.other))
+    allowed = INSIDE * mesh.size + missed(sides, found)[least] + (chords(sides) if tool.welded else 0.0)
     require(gap[least] >= -allowed, f"{label}.candidates", tool.candidates, off)
     depth = max(deep(mesh.nodes, *of, ring) for of in ((sides.one, sides.other), (sides.other, sides.one)))
     beside = f"off the tool's surface, not {depth:.3g} in it beside nodes: refine the mesh there"
     require(depth == 0, f"{label}.candidates", tool.candidates, beside)
-
-
-def _height(facets: Floats) -> float:
-    """The largest distance of middle nodes from the middle between the ends of edges, by facets (f, n, d) with these.
-
-    Edges in a plane have their middle node between the ends, triangles in space after their corners.
-    """
-    if facets.shape[1:] == (3, 2):
-        start, middle, end = np.moveaxis(facets, 1, 0)
-    elif facets.shape[1] == 6:
-        start, middle, end = facets[:, :3], facets[:, 3:], np.roll(facets[:, :3], -1, axis=1)
-    else:
-        return 0.0
-    return float(norm(middle - (start + end) / 2).max())

@@ -131,12 +131,13 @@ class Scene:
             for field, names in tool.on_mesh.items():
                 for name in names:
                     self.mesh.boundary(name, f"tools[{k}].{field}")
-        tools = (tool.of(self.mesh) if isinstance(tool, DeformableTool) else tool for tool in self.tools)
-        object.__setattr__(self, "tools", tuple(tools))
         for parts, given in (("supports", self.supports), ("loads", self.loads)):
             for k, part in enumerate(given):
                 if isinstance(part, Support | Traction | Pressure):
                     self.mesh.boundary(part.boundary, f"{parts}[{k}].boundary")
+        body = self.mesh, self.ring, self.mirrors
+        tools = tuple(tool.of(*body) if isinstance(tool, DeformableTool) else tool for tool in self.tools)
+        object.__setattr__(self, "tools", tools)
 
     @property
     def rule(self) -> Quadrature:

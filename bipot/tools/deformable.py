@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from bipot.errors import require, require_tuple, require_type
 from bipot.meshes.mesh import Mesh
 from bipot.tools.facing import Sides
 from bipot.tools.pieces import LEAST
+from bipot.tools.seeming import Plane, seeming
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
 from bipot.typing import Bools, Floats, Vector
@@ -23,9 +25,19 @@ from bipot.typing import Bools, Floats, Vector
 
 @dataclass(frozen=True, eq=False)
 class Nowhere(Surface):
-    """What points meet that are no candidates: nothing. The contact has these ``sides``, ``one`` of the candidates."""
+    """What points meet that are no candidates: nothing. The contact has these ``sides``, ``one`` of the candidates.
+
+    Those of a ``ring`` are on a meridian. The body continues beyond ``planes`` as its mirror image.
+    """
 
     sides: Sides
+    ring: bool
+    planes: tuple[Plane, ...]
+
+    @cached_property
+    def seeming(self) -> Floats:
+        """Gaps (p,) of the points at rest that are none (:mod:`bipot.tools.seeming`)."""
+        return seeming(self.sides, self.ring, self.planes)
 
     @property
     def dimension(self) -> int:
@@ -76,15 +88,16 @@ class Nowhere(Surface):
 
 @dataclass(frozen=True, eq=False)
 class Faced(Nowhere):
-    """What candidates face, point by point: gaps n . z + ``apart`` (m,) of their mean vectors z (m, d).
+    """What candidates face, point by point: gaps n . z + ``apart`` - ``none`` (m,) of their mean vectors z (m, d).
 
-    ``normals`` n (m, d) are those of the points, ``places`` (m,) the size of the numbers of which z are differences.
-    Of the area around a point the fraction ``part`` (m,) faces the tool.
+    ``normals`` n (m, d) are those of the points, ``places`` (m,) the size of the numbers of which z are differences,
+    ``none`` gaps at rest that are none. Of the area around a point the fraction ``part`` (m,) faces the tool.
     """
 
     normals: Floats
     places: Floats
     apart: Floats
+    none: Floats
     part: Floats
 
     @property
@@ -98,7 +111,7 @@ class Faced(Nowhere):
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.gap`."""
-        return np.vecdot(x, self.normals) + self.apart
+        return np.vecdot(x, self.normals) + self.apart - self.none
 
     def size(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.size`."""
@@ -111,7 +124,7 @@ class Faced(Nowhere):
 
 
 NONE = np.empty((0, 2), np.intp)
-UNKNOWN = Nowhere(Sides(np.empty((0, 2)), NONE, NONE, NONE, NONE, NONE[:, 0]))
+UNKNOWN = Nowhere(Sides(np.empty((0, 2)), NONE, NONE, NONE, NONE, NONE[:, 0]), ring=False, planes=())
 """What a tool meets of which the mesh is not known yet."""
 
 
@@ -120,12 +133,11 @@ class DeformableTool(Tool):
     """The boundaries ``surface`` of the mesh as a tool, e.g. of a part that stands for a punch.
 
     Nodes of the boundaries ``candidates``, which have no node in common with these, may touch them, with the Coulomb
-    coefficient ``mu``, or ``mu_at`` of the node where given; ``mu = inf`` welds. The law is posed in the means of
-    :mod:`bipot.tools.facing`, of the configuration at the end of the increment. Friction is capped by ``shear`` times
+    coefficient ``mu``, or ``mu_at`` of the node where given; ``mu = inf`` welds, also where curved sides only seem to
+    be apart (:mod:`bipot.tools.seeming`). The law is posed in the means of :mod:`bipot.tools.facing`, of the
+    configuration at the end of the increment. Friction is capped by ``shear`` times
     the shear yield stress on the side of the candidates, or ``shear_at`` of the node (:mod:`bipot.contact.shear`).
     Forces are those on the side of the candidates; the nodes of the surface bear the opposite ones.
-
-    In space elements are H8, T4 or T10.
 
     Raises:
         SceneError: no boundary, one that is in both fields, a coefficient below zero.
@@ -167,15 +179,20 @@ class DeformableTool(Tool):
         """Always: normals are those of a configuration, and constant in an increment."""
         return True
 
-    def of(self, mesh: Mesh) -> DeformableTool:
-        """The same as one of a body with this ``mesh``."""
+    def of(self, mesh: Mesh, ring: bool = False, planes: tuple[Plane, ...] = ()) -> DeformableTool:
+        """The same as one of a body with this ``mesh``; ``ring`` and ``planes`` as of :class:`Nowhere`."""
         both = (mesh.around(*names) for names in (self.candidates, self.surface))
-        return replace(self, met=Nowhere(Sides.of(mesh.nodes, *both)))
+        return replace(self, met=Nowhere(Sides.of(mesh.nodes, *both), ring, planes))
 
     @property
     def sides(self) -> Sides:
         """Both sides of the contact, of a tool that knows its mesh (:meth:`of`)."""
         return self.met.sides
+
+    @property
+    def seeming(self) -> Floats:
+        """Gaps (p,) at rest across which it welds, as they are none; zero without a weld."""
+        return self.met.seeming if self.welded else np.zeros(len(self.sides.node))
 
 
 AnyTool = FlatTool | ShapedTool | DeformableTool

@@ -40,6 +40,8 @@ def fans(node: Ints, one: Ints, other: Ints, cosine: Floats) -> tuple[Ints, Ints
 def beside(faces: Ints) -> tuple[Ints, Ints]:
     """The places (l,) and (l,), numbers in faces (f, k), at the ends of edges that two of the faces share.
 
+    Corners of a face that are one are such places, too.
+
     >>> [place.tolist() for place in beside(np.array([[0, 1, 2], [2, 1, 3]]))]
     [[1, 2], [4, 3]]
     """
@@ -47,7 +49,8 @@ def beside(faces: Ints) -> tuple[Ints, Ints]:
     after = np.roll(place.reshape(faces.shape), -1, axis=1).ravel()
     a, b = twice(np.sort(faces.ravel()[np.column_stack([place, after])], axis=1))
     # Neighbours run along their common edge in opposite directions: one begins where the other ends.
-    return np.concatenate([a, after[a]]), np.concatenate([after[b], b])
+    same = np.flatnonzero(faces.ravel() == faces.ravel()[after])
+    return np.concatenate([a, after[a], same]), np.concatenate([after[b], b, after[same]])
 
 
 def twice(keys: Ints) -> tuple[Ints, Ints]:

@@ -1,8 +1,10 @@
 """Flat parts of the facets of a boundary, between all nodes: straights of edges, triangles or squares of faces.
 
-An edge with a node in the middle has two, a triangle with three such nodes four, and any other facet is one itself. All
-run anticlockwise around their elements, in space as seen from outside. The hat functions of a flat part are linear
-along straights and on triangles, bilinear on squares.
+An edge with a node in the middle has two, a triangle with three such nodes four triangles, a square with four such
+nodes triangles around its corners and a square between the middles, and any other facet is one itself. All run
+anticlockwise around their elements, in space as seen from outside. The hat functions of a flat part are linear along
+straights and on triangles, bilinear on squares. Triangles beside squares are squares with two corners that are one, of
+which the hat function is the sum of both.
 """
 
 from __future__ import annotations
@@ -12,17 +14,21 @@ import numpy as np
 from bipot.tensors import norm, unit
 from bipot.typing import Floats, Ints
 
-TRIANGLES = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])
-"""The nodes (4, 3) of the flat parts of a triangle with six nodes, all in the sense of the whole."""
-
-THERE = np.vstack([np.eye(3), (np.eye(3) + np.roll(np.eye(3), 1, axis=1)) / 2])[TRIANGLES]
-"""Barycentric places (4, 3, 3) of these in the whole."""
-
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+FLATS = {
+    6: np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]]),
+    8: np.array([[0, 4, 7, 7], [4, 1, 5, 5], [5, 2, 6, 6], [6, 3, 7, 7], [4, 5, 6, 7]]),
+}
+"""The nodes (m, k) of the flat parts of faces by their number of nodes, all in the sense of the whole."""
+
+CORNERS = {6: np.eye(3), 8: SQUARE}
+THERE = {n: np.vstack([of, (of + np.roll(of, -1, axis=0)) / 2])[FLATS[n]] for n, of in CORNERS.items()}
+"""Places (m, 3, 3) or (m, 4, 2) of these in the whole, barycentric or on a square from -1 to 1."""
 
 
 def flats(facets: Ints, dimension: int) -> Ints:
-    """The flat parts (l, k) of edges (f, n) in a plane, or of faces in space with n = 3, 4 or 6, facet by facet.
+    """The flat parts (l, k) of edges (f, n) in a plane, or of faces in space with n = 3, 4, 6 or 8, facet by facet.
 
     >>> flats(np.array([[3, 4, 5]]), 2).tolist()
     [[3, 4], [4, 5]]
@@ -31,7 +37,8 @@ def flats(facets: Ints, dimension: int) -> Ints:
     """
     if dimension == 2:
         return np.stack([facets[:, :-1], facets[:, 1:]], axis=-1).reshape(-1, 2)
-    return facets[:, TRIANGLES].reshape(-1, 3) if facets.shape[1] == 6 else facets
+    nodes = FLATS.get(facets.shape[1])
+    return facets if nodes is None else facets[:, nodes].reshape(-1, nodes.shape[1])
 
 
 def outward(corners: Floats) -> Floats:
@@ -49,10 +56,14 @@ def shapes(hats: Floats, flat: Ints, count: int) -> Floats:
     if hats.shape[-1] == 2:
         parts = count - 1
         return edge_shapes((flat[:, None] % parts + hats[..., 1]) / parts, count)
-    if count < 6:
+    if count not in FLATS:
         return hats
-    place = hats @ THERE[flat % len(TRIANGLES)]
-    return np.concatenate([place * (2 * place - 1), 4 * place * np.roll(place, -1, axis=-1)], axis=-1)
+    place = hats @ THERE[count][flat % len(FLATS[count])]
+    if count == 6:
+        return np.concatenate([place * (2 * place - 1), 4 * place * np.roll(place, -1, axis=-1)], axis=-1)
+    x, middle = place[..., None, :], (SQUARE + np.roll(SQUARE, -1, axis=0)) / 2
+    ends = bilinear(place)[0] * ((x * SQUARE).sum(axis=-1) - 1)
+    return np.concatenate([ends, np.where(middle == 0, 1 - x**2, 1 + x * middle).prod(axis=-1) / 2], axis=-1)
 
 
 def edge_shapes(s: Floats, count: int) -> Floats:

@@ -31,12 +31,12 @@ PLACED = 8 * float(np.finfo(float).eps)
 BILINEAR = np.stack([SQUARE[:, 0], SQUARE[:, 1], SQUARE[:, 0] * SQUARE[:, 1]])
 """Four times the coefficients (3, 4) of xi, eta and xi eta by the corners of a square."""
 
-CORNERS, SIDES = (0.22338158967801147, 0.44594849091596489), (0.10995174365532187, 0.09157621350977074)
-RULE = np.array([np.roll([1 - 2 * b, b, b], k) for _, b in (CORNERS, SIDES) for k in range(3)])
-"""Barycentric places (6, 3) on a triangle of a rule that is exact for polynomials of degree four."""
+ROOTS = np.array([-1.0, 1.0]) * np.sqrt(15.0)
+RULE = np.array([(1 / 3, 1 / 3, 1 / 3), *(np.roll([1 - 2 * b, b, b], k) for b in (6 + ROOTS) / 21 for k in range(3))])
+"""Barycentric places (7, 3) on a triangle of Radon's rule, which is exact for polynomials of degree five."""
 
-SHARES = np.repeat([CORNERS[0], SIDES[0]], 3)
-"""Its weights (6,) in the mean."""
+SHARES = np.array([9 / 40, *np.repeat((155 + ROOTS) / 1200, 3)])
+"""Its weights (7,) in the mean."""
 
 
 def polygons(one: Floats, other: Floats) -> Pieces:
@@ -172,13 +172,30 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
 
 
 def _placed(corners: Floats, points: Floats) -> Floats:
-    """Shape functions (p, g, k) of plane faces (p, k, 2) at ``points`` (p, g, 2)."""
+    """Hat functions (p, g, k) of plane faces (p, k, 2) at ``points`` (p, g, 2).
+
+    At the second of two corners that are one it is zero.
+    """
     if corners.shape[1] == 3:
-        start, first, second = corners[:, None, 0], corners[:, None, 1], corners[:, None, 2]
-        whole = cross(first - start, second - start)
-        by_first = cross(points - start, second - start) / whole
-        by_second = cross(first - start, points - start) / whole
-        return np.stack([1 - by_first - by_second, by_first, by_second], axis=-1)
+        return _on_triangles(corners, points)
+    one = (corners[:, 2] == corners[:, 3]).all(axis=1)
+    out = np.zeros((*points.shape[:2], 4))
+    out[one, :, :3] = _on_triangles(corners[one, :3], points[one])
+    out[~one] = _on_squares(corners[~one], points[~one])
+    return out
+
+
+def _on_triangles(corners: Floats, points: Floats) -> Floats:
+    """Those (p, g, 3) of triangles (p, 3, 2)."""
+    start, first, second = corners[:, None, 0], corners[:, None, 1], corners[:, None, 2]
+    whole = cross(first - start, second - start)
+    by_first = cross(points - start, second - start) / whole
+    by_second = cross(first - start, points - start) / whole
+    return np.stack([1 - by_first - by_second, by_first, by_second], axis=-1)
+
+
+def _on_squares(corners: Floats, points: Floats) -> Floats:
+    """Those (p, g, 4) of squares (p, 4, 2)."""
     # x = c + u xi + v eta + w xi eta, relative to the corners' mean c.
     c = corners.mean(axis=1)[:, None]
     u, v, w = np.moveaxis(BILINEAR @ corners / 4, 1, 0)[:, :, None]

@@ -34,8 +34,8 @@ from studies.fuzz.parts import FORMS, MU, SHARES, metal, path
 from studies.fuzz.scenes import Drawn
 
 THREE, APART, TETRAHEDRA, QUADRATIC, TURNED, SHIFTED, LOADED = 0.15, 0.2, 0.35, 0.15, 0.4, 0.4, 0.3
-"""How probable three parts, a gap at rest, tetrahedra, such with ten nodes, parts about the vertical, moved nodes and
-loads are."""
+"""How probable three parts, a gap at rest, tetrahedra, quadratic ones and as many quadratic bricks, parts about the
+vertical, moved nodes and loads are."""
 
 SHIFT = 0.2
 """How far nodes within a face are moved at most, over the length of an edge."""
@@ -55,7 +55,8 @@ def draw_solid_parts(seed: int) -> Drawn:
 def _drawn(rng: Rng) -> Drawn:
     size, stress = 10.0 ** rng.uniform(-6, 6), 10.0 ** rng.uniform(-3, 12)
     drawn = rng.random()
-    element = Element.T10 if drawn < QUADRATIC else Element.T4 if drawn < TETRAHEDRA else Element.H8
+    bricks = Element.H8 if drawn < 1 - QUADRATIC else Element.H20
+    element = Element.T10 if drawn < QUADRATIC else Element.T4 if drawn < TETRAHEDRA else bricks
     names = ("low", "up", "top")[: 3 if rng.random() < THREE else 2]
     shape, low, parts = _shape(rng), 0.0, dict[str, Mesh]()
     gap = rng.uniform(0, 0.01) if rng.random() < APART else 0.0

@@ -28,6 +28,9 @@ from studies.independent.solid_facing import ROUGH, SeenInSpace, seen
 FACTOR = 4.0
 """The library's rule is of the same degree, on triangles that are cut otherwise."""
 
+SQUARES = Element.H8, Element.H20
+"""Elements on whose faces integrands may be rational."""
+
 FAR = 1e3
 """Gap, over the body's size, of what faces nothing."""
 
@@ -54,7 +57,7 @@ def between_parts(scene: Scene, accepted: Accepted) -> Between:
     fine, early, frames = _joined(each), _joined(_each(scene, start.nodes)), framed(accepted.solved.iterate.frames)
     if len(frames) != len(fine.node):
         raise ValueError(f"{len(frames)} candidates, not {len(fine.node)}")
-    rough = [_joined(_each(scene, end.nodes, k)) for k in ROUGH] if scene.mesh.element is Element.H8 else []
+    rough = [_joined(_each(scene, end.nodes, k)) for k in ROUGH] if scene.mesh.element in SQUARES else []
     off = _off(fine, rough, lambda of: (_gap(of, end.nodes) + of.farther)[:, None])
     off += _off(fine, rough, lambda of: of.weights @ end.du)
     contact = _touching(scene, accepted, (fine, early), [len(of.node) for of in each], frames, off)

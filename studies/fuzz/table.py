@@ -71,7 +71,7 @@ SHOWN = {
     ),
     "solid parts": (
         "parts in space that touch each other",
-        {"h8": "H8", "t4": "T4", "t10": "T10", "free": "a part that nothing holds"},
+        {"h8": "H8", "h20": "H20", "t4": "T4", "t10": "T10", "free": "a part that nothing holds"},
     ),
     "coulomb": ("discrete problems", {}),
 }

@@ -1,20 +1,20 @@
 r"""What faces in space face, written a second time for the fuzz study: nothing of the library.
 
-Faces are triangles and squares. A triangle with nodes in the middle of its edges is four flat ones between all nodes,
-which are points; N are its own quadratic shape functions. Seen along the normal m of its mean plane, a triangle or
-square of the one boundary has polygons in common with faces of the other one whose normals m' are against it,
-m . m' < -1/10, and which are not farther behind it than both are large. Of polygons over each other the lowest counts,
-and none that a third face of the one boundary, which turns away, is before. Points are the corners of the one boundary,
-of faces that go on from each other by no more than 60 degrees at rest over common edges, with their shape functions
-psi, and
+Faces are triangles and squares, or flat parts of such with nodes in the middle of their edges, whose shape functions N
+are quadratic (:mod:`studies.independent.flats`); of a square two corners may be one. Seen along the normal m of its
+mean plane, a triangle or square of the one boundary has polygons in common with faces of the other one whose normals m'
+are against it, m . m' < -1/10, and which are not farther behind it than both are large. Of polygons over each other the
+lowest counts, and none that a third face of the one boundary, which turns away, is before.
+Points are the corners of the one boundary, of faces that go on from each other by no more than 60 degrees at rest over
+common edges, with their shape functions psi, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,
 
 over the polygons, places on squares by the inverse of their bilinear map. The normal of a point is the mean of m', with
 weights int psi_p dA, over what it faces, and of -m for the part of its area that faces nothing.
 
-On triangles and parallelograms integrands are polynomials of degree four, and all rules here are exact. On others they
-are rational, and the rule of six points that is exact up to this degree, on triangles into which polygons are cut, is a
+On triangles and parallelograms integrands are polynomials of degree five, and all rules here are exact. On others they
+are rational, and the rule of seven points that is exact up to this degree, on triangles into which polygons are cut, is a
 little off, by how they are cut: what such :data:`ROUGH` rules differ by from a fine one tells how far an answer by a
 rule of that degree may be from the law.
 """
@@ -28,6 +28,7 @@ import numpy as np
 from studies.independent.data import Bools, Floats, Ints
 from studies.independent.facing import farther
 from studies.independent.fans import spread
+from studies.independent.flats import Flats
 
 AGAINST, NOTHING = -0.1, 1e-9
 """The largest m . m' of what is faced, and the part of an area below which it is none."""
@@ -56,56 +57,30 @@ class SeenInSpace:
     lowest: float
 
 
-PARTS = (0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)
-"""The flat parts of a triangle whose corners are 0, 1 and 2, and 3, 4 and 5 the middles after each."""
-
-MIDDLE = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0], [0, 0.5, 0.5], [0.5, 0, 0.5]])
-"""Where these are, by the corners."""
-
-
-@dataclass(frozen=True)
-class _Flats:
-    """The flat parts of ``faces`` (f, n)."""
-
-    faces: Ints
-
-    @property
-    def nodes(self) -> Ints:
-        """Their corners (l, k), face by face."""
-        n = self.faces.shape[1]
-        return self.faces if n < 6 else np.array([face[list(part)] for face in self.faces for part in PARTS])
-
-    def whole(self, i: int) -> Ints:
-        """The nodes (n,) of the face of the i-th one."""
-        return self.faces[i if self.faces.shape[1] < 6 else i // len(PARTS)]
-
-    def shapes(self, i: int, of_flat: Floats) -> Floats:
-        """The face's shape functions (q, n) by those of its i-th one (q, k)."""
-        if self.faces.shape[1] < 6:
-            return of_flat
-        a, b, c = (of_flat @ MIDDLE[list(PARTS[i % len(PARTS)])]).T
-        return np.stack([a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a], axis=1)
-
-
 @dataclass(frozen=True)
 class _Face:
     """A face in the mean plane of one: ``flat`` (k, 2) places of its corners, and their heights ``above`` it (k,)."""
 
     flat: Floats
     above: Floats
+    twice: bool
 
     @staticmethod
     def of(corners: Floats, middle: Floats, axes: Floats) -> _Face:
-        """That of corners (k, 3), from a ``middle`` (3,), along the rows of ``axes`` (3, 3), the normal last."""
-        x = (corners - middle) @ axes.T
-        return _Face(x[:, :2], x[:, 2])
+        """That of corners (k, 3), from a ``middle`` (3,), along the rows of ``axes`` (3, 3), the normal last.
+
+        Where the last corner is there twice, it is that once, and its second shape function is zero.
+        """
+        twice = bool((corners[-1] == corners[-2]).all())
+        x = (corners[: len(corners) - twice] - middle) @ axes.T
+        return _Face(x[:, :2], x[:, 2], twice)
 
     def shapes(self, places: Floats) -> Floats:
         """Shape functions (q, k) where the face is seen at ``places`` (q, 2)."""
         if len(self.flat) == 3:
             matrix = np.vstack([self.flat.T, np.ones(3)])
             found = np.linalg.solve(matrix, np.vstack([places.T, np.ones(len(places))])).T
-            return np.asarray(found, dtype=np.float64)
+            return np.hstack([found, np.zeros((len(places), int(self.twice)))])
         s = np.zeros_like(places)
         for _ in range(30):
             N, d = _square(s)
@@ -117,7 +92,7 @@ class _Face:
 
     def height(self, places: Floats) -> Floats:
         """How high (q,) the face is above the plane at ``places`` (q, 2)."""
-        return self.shapes(places) @ self.above
+        return self.shapes(places)[:, : len(self.above)] @ self.above
 
     def holds(self, place: Floats) -> bool:
         """Whether it is seen at a ``place`` (2,), with corners in either turn."""
@@ -130,10 +105,10 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
 
     Corners run anticlockwise as seen from outside. The rule is fine, or one of those that are :data:`ROUGH`.
     """
-    mine_of, its_of = _Flats(one), _Flats(other)
+    mine_of, its_of = Flats(one), Flats(other)
     flats, others = mine_of.nodes, its_of.nodes
     node, at = points(rest, flats)
-    count, rule = len(node), _fine() if rough is None else _of_six()
+    count, rule = len(node), _fine() if rough is None else _of_seven()
     weights, (area, square, whole) = np.zeros((count, len(nodes))), np.zeros((3, count))
     across, inward, alone = np.zeros((3, count, 3))
     outer, facing = (np.array([_normal(x) for x in nodes[of]]) for of in (flats, others))
@@ -147,10 +122,11 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
             places, weight = _over(polygon, rule, rough or 0)
             psi, theirs = mine.shapes(places), its.shapes(places)
             share = weight @ psi
-            area[at[i]] += share
-            square[at[i]] += weight @ psi**2
-            across[at[i]] += share[:, None] * facing[j]
-            inward[at[i]] -= share[:, None] * outer[i]
+            # A point may be at two corners that are one.
+            np.add.at(area, at[i], share)
+            np.add.at(square, at[i], weight @ psi**2)
+            np.add.at(across, at[i], share[:, None] * facing[j])
+            np.add.at(inward, at[i], -share[:, None] * outer[i])
             for k, p in enumerate(at[i]):
                 weights[p, mine_of.whole(i)] += (weight * psi[:, k]) @ mine_of.shapes(i, psi)
                 weights[p, its_of.whole(j)] -= (weight * psi[:, k]) @ its_of.shapes(j, theirs)
@@ -250,12 +226,14 @@ def _over(polygon: Floats, rule: tuple[Floats, Floats], corner: int) -> tuple[Fl
     return places.reshape(-1, 2), weight.ravel()
 
 
-def _of_six() -> tuple[Floats, Floats]:
-    """Places (6, 2) and weights (6,) on the triangle of (0, 0), (1, 0), (0, 1), exact up to degree four."""
-    out = list[tuple[float, float]]()
-    for a in (0.44594849091596488631832925388305, 0.09157621350977074345957146340220):
+def _of_seven() -> tuple[Floats, Floats]:
+    """Places (7, 2) and weights (7,) on the triangle of (0, 0), (1, 0), (0, 1), exact up to degree five."""
+    out, weight = [(1 / 3, 1 / 3)], [9 / 80]
+    for root in (15.0**0.5, -(15.0**0.5)):
+        a = (6 + root) / 21
         out += [(a, a), (1 - 2 * a, a), (a, 1 - 2 * a)]
-    return np.array(out), np.repeat([0.22338158967801146569500700843312, 0.10995174365532186763832632490021], 3) / 2
+        weight += 3 * [(155 + root) / 2400]
+    return np.array(out), np.array(weight)
 
 
 def _fine() -> tuple[Floats, Floats]:

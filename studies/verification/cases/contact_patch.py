@@ -39,7 +39,7 @@ PRESSURE = 0.05
 
 FRICTION = 0.0, 0.3
 
-SOLIDS = Element.H8, Element.T4, Element.T10
+SOLIDS = Element.H8, Element.H20, Element.T4, Element.T10
 
 
 def blocks(slope: float, n: int, mu: float) -> Scene:
@@ -151,7 +151,8 @@ CASE = Case(
         "stress, both over the pressure. On straight interfaces the larger of the two is asked to be zero to 1e-9, "
         "with equilibrium to 1e-11. Circular interfaces are two polygons, which leave gaps of up to 1/(8 R) times "
         "the square of an edge; with Q8 they are parabolas. In space cubes of n/2 and 3 n/4 elements a side, H8, "
-        "T4 or T10, are pressed on each other, mu = 0.3: compared is the largest difference of a stress from its mean."
+        "H20, T4 or T10, are pressed on each other, mu = 0.3: compared is the largest difference of a stress from its "
+        "mean."
     ),
     asked=(
         *(Asked(f"{name}, mu = {mu:g}", 0.0, 1e-9) for name in SLOPES for mu in FRICTION),

@@ -1,0 +1,106 @@
+"""Welds of curved sides, which facets through nodes on one surface only seem to leave apart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    DeformableTool,
+    Elastic,
+    Elasticity,
+    Element,
+    Geometry,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    Support,
+    Symmetry,
+    block,
+    brick,
+    march,
+    together,
+)
+from tests.deformable import shifted
+from tests.scenes import refused
+
+NEWTON = Control(Newton(), ())
+SOFT = Elastic(Elasticity(1.0, 0.3))
+
+
+def around(mesh, radius):
+    """A quarter of a ring from this radius on, of a block that is 1 high."""
+    r, turn = mesh.nodes[:, 0] + radius, np.pi / 2 * mesh.nodes[:, 1]
+    return replace(mesh, nodes=r[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=1))
+
+
+def moved(mesh, inner, outer, tools=()):
+    """Work of a scene of quarters of rings, held outside, whose inside goes to a side."""
+    supports = (*(Support(outer, axis) for axis in range(2)), Prescribed(inner, 0, 1e-3), Prescribed(inner, 1, -1e-3))
+    *_, last = march(Scene(mesh, Geometry.PLANE_STRAIN, SOFT, supports, tools), Schedule(1), NEWTON)
+    return last.energies.work
+
+
+def rings(element, n, clearance=0.0):
+    """Two quarters of rings about each other, n elements thick, 2 n and 3 n around."""
+    inner = around(block(0.5 - clearance, 1.0, n, 2 * n, element=element), 0.5)
+    return together({"in": inner, "out": around(block(0.5, 1.0, n, 3 * n, element=element), 1.0)})
+
+
+SIDES = {"inner": (("in/right",), ("out/left",)), "outer": (("out/left",), ("in/right",))}
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("element", [Element.Q4, Element.T3, Element.Q8, Element.Q9, Element.T6])
+def test_welded_rings_are_one_ring(element, side):
+    """Of parabolas few points touched at rest, and the others slipped without friction: a quarter of this work.
+
+    Of polygons none touched, and nothing was welded.
+    """
+    n = 2 if element.quadratic else 4
+    one = moved(around(block(1.0, 1.0, 2 * n, 3 * n, element=element), 0.5), "left", "right")
+    tool = DeformableTool(*SIDES[side], np.inf)
+    assert moved(rings(element, n), "in/left", "out/right", (tool,)) == pytest.approx(one, rel=5e-3)
+
+
+@pytest.mark.parametrize("element", [Element.Q4, Element.Q8])
+def test_a_clearance_is_none_that_only_seems_to_be(element):
+    """Of a hundredth of the radius, which is more than polygons or parabolas of these meshes miss of the circle."""
+    tool = DeformableTool(*SIDES["outer"], np.inf)
+    assert moved(rings(element, 4, 0.01), "in/left", "out/right", (tool,)) == pytest.approx(0.0, abs=1e-15)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_sides_in_each_other_are_welded_only_where_they_seem_to_be(side):
+    """Polygons of these meshes miss the circle by 0.5 and 0.2 per cent of its radius."""
+
+    def scene(overlap, mu):
+        supports, tools = (Support("out/right", 0), Support("out/right", 1)), (DeformableTool(*SIDES[side], mu),)
+        return Scene(rings(Element.Q4, 4, -overlap), Geometry.PLANE_STRAIN, SOFT, supports, tools)
+
+    scene(0.004, np.inf)
+    refused(lambda: scene(0.004, 0.3), r"off the tool's surface, not 0\.002[0-9]* in it")
+    refused(lambda: scene(0.01, np.inf), r"off the tool's surface, not 0\.008[0-9]* in it")
+
+
+@pytest.mark.parametrize(("lower", "upper"), [(2, 3), (3, 2)])
+@pytest.mark.parametrize(("element", "most"), [(Element.H8, 0.2), (Element.T4, 1.0)])
+def test_a_uniform_stress_passes_a_weld_on_a_paraboloid(element, most, lower, upper):
+    """Of two blocks without lateral strain, on meshes that do not match; errors are of order two in its slopes.
+
+    Those of quadratic elements are in tests/test_deformable_space_quadratic.py.
+    """
+    low, up = (brick(1.0, 1.0, 1.0, n, n, 1, element=element) for n in (lower, upper))
+    mesh, height = together({"low": low, "up": shifted(up, 0.0, 0.0, 1.0)}), 0.1
+    x = mesh.nodes.copy()
+    x[:, 2] -= height * (x[:, 0] ** 2 + x[:, 1] ** 2) * np.clip(1 - np.abs(x[:, 2] - 1), 0, 1)
+    mesh = replace(mesh, nodes=x)
+    walls = (Symmetry(f"{part}/{side}", axis) for part in ("low", "up") for axis, side in enumerate(("left", "front")))
+    supports = (Support("low/base", 2), *walls, Prescribed("up/top", 2, -0.01))
+    tools = (DeformableTool(("low/top",), ("up/base",), np.inf),)
+    scene = Scene(mesh, Geometry.SOLID, Elastic(Elasticity(210e3, 0.0)), supports, tools)
+    *_, last = march(scene, Schedule(1), NEWTON)
+    stress = last.state.stress
+    assert np.abs(stress - stress.mean(axis=(0, 1))).max() < most * height**2 * np.abs(stress).max()
