@@ -14,8 +14,8 @@ over the polygons, places on squares by the inverse of their bilinear map. The n
 weights int psi_p dA, over what it faces, and of -m for the part of its area that faces nothing.
 
 On triangles and parallelograms integrands are polynomials of degree five, and all rules here are exact. On others they
-are rational, and the rule of seven points that is exact up to this degree, on triangles into which polygons are cut, is a
-little off, by how they are cut: what such :data:`ROUGH` rules differ by from a fine one tells how far an answer by a
+are rational, and the rule of seven points that is exact up to this degree, on triangles into which polygons are cut, is
+a little off, by how they are cut: what such :data:`ROUGH` rules differ by from a fine one tells how far an answer by a
 rule of that degree may be from the law.
 """
 
