@@ -20,6 +20,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
+from bipot.meshes.together import together
 from bipot.paper import upsetting
 from bipot.paths import Amplitude
 from bipot.results.columns import (
@@ -36,8 +37,10 @@ from bipot.scene.loads import BodyForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
+from bipot.tools.deformable import DeformableTool
 from bipot.tools.poses import Force
 from bipot.tools.tool import FlatTool
+from tests.deformable import shifted
 from tests.scenes import scene, tool
 
 COLUMNS = (INCREMENT, *COURSE, *certificate("J"), *energies("J"), OVERLAP, FLOW_GAP, ERROR_ESTIMATE, MIN_JACOBIAN)
@@ -186,6 +189,15 @@ def moving(form: Form[Any]) -> March:
     supports = (Prescribed("top", 1, -0.02, there), Prescribed("top", 0, 0.03))
     floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.3)
     body = Scene(block(2.0, 1.0, 2, 2, element=Element.Q8), Geometry.PLANE_STRAIN, SOFT, supports, (floor,))
+    return March(body, Schedule(4), Control(form, ()))
+
+
+def sliding(form: Form[Any]) -> March:
+    """A block that slides on a wider one past several of its nodes."""
+    mesh = together({"low": block(2.0, 0.5, 6, 1), "up": shifted(block(0.8, 0.5, 3, 1), 0.1, 0.5)})
+    going = Prescribed("up/top", 1, -0.01), Prescribed("up/top", 0, 1.0)
+    supports = (Support("low/base", 0), Support("low/base", 1), *going)
+    body = Scene(mesh, Geometry.PLANE_STRAIN, SOFT, supports, (DeformableTool(("low/top",), ("up/base",), 0.2),))
     return March(body, Schedule(4), Control(form, ()))
 
 

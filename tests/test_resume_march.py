@@ -21,6 +21,7 @@ from tests.courses import (
     landing,
     loaded,
     moving,
+    sliding,
     stored,
     unlike,
     upset,
@@ -55,6 +56,11 @@ def goes_on(asked: March) -> None:
 @pytest.mark.parametrize(("make", "name"), EACH)
 def test_a_march_goes_on_from_every_course_to_the_last_bit(make, name):
     goes_on(make(FORMS[name]))
+
+
+@pytest.mark.parametrize("name", ["newton", "tangent", "dissipation"])
+def test_so_it_does_where_parts_face_others_than_at_rest(name):
+    goes_on(sliding(FORMS[name]))
 
 
 def test_so_it_does_after_cuts():

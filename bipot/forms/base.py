@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Handle
 from bipot.forms.memory import Pace, Setup, ordered
-from bipot.iterate import Iterate
+from bipot.iterate import Increment, Iterate
 from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
@@ -104,9 +104,11 @@ class Cache:
         """The run's stiffness pattern in its order of elimination."""
         if self._pattern is None:
             system = iterate.increment.system
+            # By what faces each other at rest: of a march that goes on from a course the order is the same.
+            rest = Increment(system.facing(system.body.scene.mesh.nodes), system.rest(), 0.0)
             # Within one part and with coordinates of tools, on which all forces act, orders are better without.
             between = system.candidates.between
-            self._pattern = ordered(system.body.space, iterate.rows.take(between) if between.any() else None)
+            self._pattern = ordered(system.body.space, rest.rows.take(between) if between.any() else None)
         return self._pattern
 
 
