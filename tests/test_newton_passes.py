@@ -2,17 +2,34 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from bipot import Control, Newton, Schedule, march, upsetting
+from bipot import (
+    Amplitude,
+    Control,
+    DeformableTool,
+    Geometry,
+    Newton,
+    Prescribed,
+    Scene,
+    Schedule,
+    SuperLU,
+    Support,
+    block,
+    march,
+    together,
+    upsetting,
+)
 from bipot.forms import Cache
 from bipot.forms.newton import Reuse
 from bipot.forms.point import BAND_GAP, BAND_LAW, Law
 from bipot.forms.search import Aim, Search
 from bipot.iterate import Increment
 from bipot.marching import system_of
+from tests.deformable import STEEL, shifted
 from tests.sheared import CONSTANT, OROWAN, pressed
 
 
@@ -64,6 +81,31 @@ def test_what_must_vanish_with_a_kept_factor_is_that_of_the_iterate():
     (_, before), (_, state) = passes(Newton(Reuse(0.9, near=0.9)), 1 + 1e-4, 2)
     assert state.linearised.factor is before.linearised.factor
     assert state.linearised.pieces is before.here.pieces
+
+
+def test_a_factor_with_which_the_merit_hardly_falls_is_not_the_first_of_the_next_configuration():
+    """While one part slides on another; the tolerance is for the norm of the forces, by which errors are divided."""
+    low, up = block(3.0, 1.0, 9, 2), shifted(block(1.0, 1.0, 4, 2), 0.1, 1.0)
+    pressed, slid = (Amplitude(((0.0, 0.0), (0.2, at), (1.0, 1.0))) for at in (1.0, 0.0))
+    driven = Prescribed("up/top", 1, -0.02, pressed), Prescribed("up/top", 0, 1.3, slid)
+    supports = (Support("low/base", 0), Support("low/base", 1), *driven)
+    tool = DeformableTool(("low/top",), ("up/base",), 0.2)
+    scene = Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, STEEL, supports, (tool,))
+    factors, seen = [], []
+
+    class Counting(SuperLU):
+        def factorise(self, transpose, panel):
+            factors.append(panel)
+            return super().factorise(transpose, panel)
+
+    def observe(trial):
+        began = trial.state.law.point(trial.iterate, trial.r, None).error
+        seen.append((trial.iterate.increment.tau, len(factors), trial.step.error / began))
+
+    assert len(list(march(scene, Schedule(12), Control(Newton(linear=Counting()), ()), observe=observe))) == 13
+    kept = [fall for (tau, count, fall), after in pairwise(seen) if (tau, count) == after[:2]]
+    assert len(kept) > 10
+    assert max(kept) <= 1.1 * Reuse().fall
 
 
 def test_of_trials_none_of_which_is_good_enough_the_one_of_least_merit_is_taken(monkeypatch):

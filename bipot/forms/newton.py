@@ -96,11 +96,12 @@ class Newton:
         merits = (*state.merits, here.merit)
         frames = state.law.frames_at(here.iterate)
         linearised = self._linearised(state, here, frames, merits, clock)
-        if iterate.increment.system.candidates.deformable:
-            state.cache.handles[self.name] = linearised
         built = clock.outside()
         dx, new = linearised.step(iterate.residual, here.miss, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
+        if iterate.increment.system.candidates.deformable:
+            # A factor with which the merit hardly falls would be the first in every configuration.
+            state.cache.handles[self.name] = linearised if there.merit <= self.reuse.fall * here.merit else None
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
         return _answer(there, timing), replace(state, linearised=linearised, merits=merits, here=there)
 
