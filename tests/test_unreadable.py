@@ -97,6 +97,15 @@ def test_a_run_file_that_is_cut_off_is_refused(folder, tmp_path, length):
         recorder(tmp_path, Existing.RESUME)
 
 
+def test_tools_without_their_run_are_not_deleted(tmp_path):
+    kept = tmp_path / "tools.vtkhdf"
+    kept.write_bytes(b"of another run")
+    for existing in (Existing.REFUSE, Existing.RESUME):
+        with pytest.raises(ResultsError, match=r"tools\.vtkhdf without run\.vtkhdf"):
+            recorder(tmp_path, existing)
+    assert kept.exists()
+
+
 def test_files_that_are_no_run_are_refused(tmp_path):
     (tmp_path / "history.csv").write_text("increment\n")
     with pytest.raises(ResultsError, match=r"history\.csv without run\.vtkhdf"):

@@ -10,7 +10,7 @@ from typing import Any
 
 from bipot.errors import ResultsError
 from bipot.results.description import Parameters, as_json, describe, same_mesh, same_state
-from bipot.results.history import FIELDS, History, run_file
+from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.static import FORMAT
 from bipot.scene.scene import Scene
@@ -90,8 +90,9 @@ def known(folder: Path, existing: Existing, asked: Asked) -> History | None:
     if not file.is_file():
         if file.exists():
             raise ResultsError(f"{file}: is no file; {CHOICE}")
-        if (folder / CURVES).exists():
-            raise ResultsError(f"{folder}: holds {CURVES} without {FIELDS}; {CHOICE}")
+        for beside in (CURVES, TOOLS):
+            if (folder / beside).exists():
+                raise ResultsError(f"{folder}: holds {beside} without {FIELDS}; {CHOICE}")
         return None
     found = open_results(file)
     asked.require_same(found, folder)
