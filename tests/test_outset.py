@@ -21,6 +21,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
 from bipot.system import system_of
 from bipot.tools.poses import Force
+from tests.deformable import pressed as parts
 
 STEEL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 1000.0))
 PLANES = Symmetry("left", 0), Symmetry("front", 1), Support("base", 2)
@@ -162,3 +163,9 @@ def test_a_tool_that_comes_to_touch_a_body_goes_with_one_that_touches_it_already
     """The cube rests on one tool; the other begins a tenth of its way above."""
     above = replace(free().tools[0], point=(0.0, 0.0, 1.005))
     assert first(replace(free(), tools=(above, free().tools[1]))).state.tau == 1.0
+
+
+def test_in_the_next_configuration_of_deformable_tools_flow_goes_on():
+    """Begun anew in each, it stayed as far from rest as an iterate is that shows where nodes end."""
+    first = next(march(parts(press=2.5), Schedule(12), Control(Newton(), ())))
+    assert first.passes <= 12

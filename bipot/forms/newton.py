@@ -76,7 +76,9 @@ class Newton:
         """The state before the first pass; at deformable tools with the last factor of the configuration before."""
         setup, frames = cache.setup(iterate), cache.frames(iterate.rows, iterate)
         law = Law(frames, setup.scale(frames), max_abs(iterate.increment.start.forces))
-        return Memory(setup, law, cache, cache.handles.get(self.name))
+        # Near an answer, which has contact forces, flow from rest would begin anew.
+        flows = FLOWS if r.any() else 0
+        return Memory(setup, law, cache, cache.handles.get(self.name), flows=flows)
 
     def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:
         """One step with a line search, or the flow of a body at rest; a factorisation unless the last one still serves.
