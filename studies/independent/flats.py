@@ -31,7 +31,7 @@ POWERS = np.array([(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (2, 1), (1, 2
 
 def _monomials(x: Floats, count: int) -> Floats:
     """The first (q, n) at x (q, 2)."""
-    return np.stack([x[:, 0] ** a * x[:, 1] ** b for a, b in POWERS[:count]], axis=1)
+    return np.asarray(np.stack([x[:, 0] ** a * x[:, 1] ** b for a, b in POWERS[:count]], axis=1), np.float64)
 
 
 @dataclass(frozen=True)
