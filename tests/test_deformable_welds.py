@@ -14,6 +14,7 @@ from bipot import (
     Geometry,
     Newton,
     Prescribed,
+    Pressure,
     Scene,
     Schedule,
     Support,
@@ -104,3 +105,51 @@ def test_a_uniform_stress_passes_a_weld_on_a_paraboloid(element, most, lower, up
     *_, last = march(scene, Schedule(1), NEWTON)
     stress = last.state.stress
     assert np.abs(stress - stress.mean(axis=(0, 1))).max() < most * height**2 * np.abs(stress).max()
+
+
+def bonded(inner, outer, stress):
+    """Radial displacement at r = 1 of rings from r = 0.5 to 1 and to 1.5 that a ``stress`` outside pulls, plane strain.
+
+    By Lame: in each sigma_r = A - B/r^2 and u = ((1 - 2 nu) A r + B/r) (1 + nu)/E, with u and sigma_r equal at r = 1.
+    """
+
+    def pulled(ring, r):
+        """Rows of u and sigma_r at r by A and B."""
+        young, nu = ring.elasticity.young, ring.elasticity.poisson
+        return np.array([[(1 - 2 * nu) * r, 1 / r]]) * (1 + nu) / young, np.array([[1.0, -1 / r**2]])
+
+    nothing = np.zeros((1, 2))
+    rows = np.vstack(
+        [
+            np.hstack([pulled(inner, 0.5)[1], nothing]),
+            np.hstack([pulled(inner, 1.0)[0], -pulled(outer, 1.0)[0]]),
+            np.hstack([pulled(inner, 1.0)[1], -pulled(outer, 1.0)[1]]),
+            np.hstack([nothing, pulled(outer, 1.5)[1]]),
+        ]
+    )
+    return float((pulled(inner, 1.0)[0] @ np.linalg.solve(rows, [0.0, 0.0, 0.0, stress])[:2])[0])
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("element", [Element.Q4, Element.T3, Element.Q8, Element.T6])
+def test_welded_rings_of_two_materials_are_pulled_as_lame_has_it(element, side):
+    """No contact without a weld would bear the tension between them."""
+    n, stress, stiff = 2 if element.quadratic else 6, 1e-5, Elastic(Elasticity(3.0, 0.2))
+    mesh = rings(element, n)
+    planes = (1, "base"), (0, "top")
+    supports = tuple(Symmetry(f"{part}/{end}", axis) for part in ("in", "out") for axis, end in planes)
+    scene = Scene(
+        mesh=mesh,
+        geometry=Geometry.PLANE_STRAIN,
+        material=SOFT,
+        supports=supports,
+        tools=(DeformableTool(*SIDES[side], np.inf),),
+        regions={"out": stiff},
+        loads=(Pressure("out/right", -stress),),
+    )
+    *_, last = march(scene, Schedule(1), NEWTON)
+    assert (last.state.forces[:, 0] < 0).all()
+    for name in ("in/right", "out/left"):
+        nodes = mesh.boundary_nodes(name)
+        radial = np.vecdot(mesh.nodes[nodes], last.displacement[nodes])
+        np.testing.assert_allclose(radial, bonded(SOFT, stiff, stress), rtol=1e-3 if element.quadratic else 1e-2)
