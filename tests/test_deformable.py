@@ -283,7 +283,7 @@ def test_what_does_not_fit_is_refused():
 
 def test_sides_that_sink_into_each_other_beside_their_means_are_refused():
     """With the candidates on the wide coarse side, the corner of the other one sinks in as its means stay closed."""
-    scene = pressed(press=0.75)
+    scene = pressed(press=0.9)
     swapped = DeformableTool(("billet/top", "billet/side"), ("punch/base",), 0.2)
     with pytest.raises(IncrementFailed, match=r"overlap by .* make the finer side the candidates"):
         list(march(replace(scene, tools=(swapped,)), FEW, NEWTON))

@@ -9,8 +9,9 @@ the place y(x) on the other boundary, and
 with the shape functions N of the edges, is the mean vector between them over the part of the boundary that faces the
 other one. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`, in space :mod:`bipot.tools.polygons`), where
 neither side has a node within, so that they are exact: a uniform pressure on the one side is the same on the other,
-whatever the meshes are. Rows of the weights (D, -M) sum to zero. With the normal n_p, into the side of the points, the
-gap is n_p . z_p, and a force r_p acts on the nodes of both sides.
+whatever the meshes are. What is faced more obliquely than at 60 degrees counts less, and from 84 on nothing: a wall
+behind a corner would otherwise be faced all at once. Rows of the weights (D, -M) sum to zero. With the normal n_p, into
+the side of the points, the gap is n_p . z_p, and a force r_p acts on the nodes of both sides.
 
 The distance from x to y(x), along the normal n of x, changes by m . v / (n . m) as the sides move by v to each other,
 with the normal m of y(x). Forces that do the work of the gaps are therefore along m: a corner that ploughs is pushed
@@ -34,9 +35,12 @@ import scipy.sparse as sp
 from bipot.tensors import norm, unit
 from bipot.tools.fans import beside, fans, twice
 from bipot.tools.flats import flats, hat_integrals, outward, shapes
-from bipot.tools.pieces import LEAST, Pieces, pieces
+from bipot.tools.pieces import FACES, LEAST, Pieces, pieces
 from bipot.tools.polygons import polygons
 from bipot.typing import Floats, Ints
+
+SQUARELY = -0.5
+"""Largest product of the outward normals of two facets that face each other wholly; at :data:`FACES` nothing counts."""
 
 ROUND, FILLET = 0.05, 0.02
 """Reach of the other side before a point below which the point is at a rounded end, and how deep this is rounded, over
@@ -114,6 +118,9 @@ class Integrands(NamedTuple):
         """Those where ``nodes`` (a, d) are at their present places; ``ring`` is as of :func:`pieces_of`."""
         one, other, beyond = sides.one, sides.other, flats(sides.other, nodes.shape[1])
         found = pieces_of(nodes, one, other, ring)
+        across = outward(nodes[beyond])[found.other]
+        cosine = np.vecdot(outward(nodes[sides.flats])[found.one], across)
+        share = np.clip((FACES - cosine) / (FACES - SQUARELY), 0.0, 1.0)
         return Integrands(
             flat=found.one,
             own=one[found.one // (len(sides.flats) // len(one))],
@@ -121,8 +128,8 @@ class Integrands(NamedTuple):
             psi=found.mine,
             mine=shapes(found.mine, found.one, one.shape[1]),
             its=shapes(found.its, found.other, other.shape[1]),
-            weight=found.weight,
-            across=outward(nodes[beyond])[found.other],
+            weight=found.weight * share[:, None],
+            across=across,
         )
 
 

@@ -95,6 +95,14 @@ def points(rest: Floats, edges: Ints) -> tuple[Ints, Ints]:
     return np.array(node, dtype=np.intp), at
 
 
+def squarely(cosine: float) -> float:
+    """How much of it counts what is faced with normals at an angle of this ``cosine``: all at more than 120 degrees.
+
+    Nothing at :data:`AGAINST`, and in proportion in between.
+    """
+    return float(np.clip((AGAINST - cosine) / (AGAINST + 0.5), 0.0, 1.0))
+
+
 def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool) -> Seen:
     """The points of edges ``one`` (f, n) that face edges ``other`` (g, n), with nodes at ``nodes`` (a, 2)."""
     own, others = Straight.of(one), Straight.of(other)
@@ -120,6 +128,8 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
                 continue
             if high - low > NOTHING:
                 lowest = min(lowest, *np.interp([low, high], *_rising(s[nearest], h[nearest])))
+            counted = squarely(facing[k[nearest]] @ outer[i])
+            weight, parts = counted * weight, counted * parts
             eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])
             area[at[i]] += parts
             normal[at[i]] -= parts[:, None] * outer[i]

@@ -26,12 +26,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent.data import Bools, Floats, Ints
-from studies.independent.facing import farther
+from studies.independent.facing import AGAINST, farther, squarely
 from studies.independent.fans import spread
 from studies.independent.flats import Flats
 
-AGAINST, NOTHING = -0.1, 1e-9
-"""The largest m . m' of what is faced, and the part of an area below which it is none."""
+NOTHING = 1e-9
+"""The part of an area below which it is none."""
 
 ROUGH = (0, 1, 2, 3, 4)
 """Of which corner polygons are cut into triangles, or of their middle."""
@@ -120,6 +120,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
         for j, its, polygon in found:
             lowest = min(lowest, *its.height(polygon), *its.height(polygon.mean(axis=0)[None]))
             places, weight = _over(polygon, rule, rough or 0)
+            weight *= squarely(facing[j] @ outer[i])
             psi, theirs = mine.shapes(places), its.shapes(places)
             share = weight @ psi
             # A point may be at two corners that are one.
