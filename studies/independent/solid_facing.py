@@ -80,7 +80,7 @@ class _Face:
         if len(self.flat) == 3:
             matrix = np.vstack([self.flat.T, np.ones(3)])
             found = np.linalg.solve(matrix, np.vstack([places.T, np.ones(len(places))])).T
-            return np.hstack([found, np.zeros((len(places), int(self.twice)))])
+            return np.asarray(np.hstack([found, np.zeros((len(places), int(self.twice)))]), np.float64)
         s = np.zeros_like(places)
         for _ in range(30):
             N, d = _square(s)
