@@ -38,7 +38,10 @@ from studies.fuzz.variants import ACROSS
 
 FORMS, SHARES = ("newton", "tangent", "dissipation", "delassus"), (0.5, 0.25, 0.15, 0.1)
 MU = (0.25, 0.5, 0.25, 0.0)
-"""How probable each kind of friction is (:mod:`studies.fuzz.numbers`); none is welded."""
+"""How probable each kind of friction is (:mod:`studies.fuzz.numbers`), where not all is welded."""
+
+WELDED = 0.15
+"""How probable welds of all parts of a scene in a plane or on a meridian are."""
 
 THREE, RINGS, APART, TRIANGLES, LOADED = 0.2, 0.3, 0.2, 0.25, 0.3
 """How probable three parts, bodies on a meridian, a gap at rest, triangles and loads are."""
@@ -190,6 +193,9 @@ def _drawn(rng: Rng, more: Rng) -> Drawn:
         + " free" * free
         + " half" * halves
     )
+    if more.random() < WELDED:
+        tools = tuple(replace(tool, mu=np.inf) for tool in scene.tools)
+        scene, body = replace(scene, tools=tools), body + " welded"
     return Drawn(body, scene, schedule, form, integration)
 
 

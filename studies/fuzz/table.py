@@ -67,6 +67,7 @@ SHOWN = {
             "quadratic": "quadratic elements",
             "free": "a part that nothing holds",
             "half": "a plane of symmetry or an axis",
+            "welded": "parts that are welded",
         },
     ),
     "solid parts": (
