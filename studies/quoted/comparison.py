@@ -188,6 +188,11 @@ def _off_known(results: Results, column: str) -> float:
     return max(abs(float(row[column]) / known(float(row["travel"])) - 1) for row in rows)
 
 
+def _times_die(results: Results) -> list[float]:
+    """How many times CalculiX's seconds are ours, of marches with a deformable die on the finer mesh."""
+    return [float(row["foreign_s"]) / float(row["own_s"]) for row in results.rows("die", elements=10.0)]
+
+
 QUOTED = Quoted(
     values={
         "above_the_line": _above_the_line,
@@ -219,6 +224,8 @@ QUOTED = Quoted(
         "fine_accuracy": lambda results: percent(_fine(results, "accuracy 0.001", "force_error"), 1),
         "domed": lambda results: percent(max(map(abs, results.column("domed", "difference"))), 1),
         "clad": lambda results: percent(max(map(abs, results.column("clad", "difference"))), 1),
+        "die_least": lambda results: digits(min(_times_die(results))),
+        "die_largest": lambda results: digits(max(_times_die(results))),
         "die": lambda results: percent(max(map(abs, results.column("die", "difference"))), 1),
         "clad_own": lambda results: percent(_off_known(results, "own_force_N"), 1),
         "clad_foreign": lambda results: percent(_off_known(results, "foreign_force_N"), 1),
