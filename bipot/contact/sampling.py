@@ -40,9 +40,9 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.tensors import unit
 from bipot.tools.deformable import Faced
 from bipot.tools.fans import CREASE, beside, fans, twice
+from bipot.tools.flats import away, normals
 from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, Vector, read_only
@@ -147,9 +147,9 @@ def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:
     node = facets[:, ends]
     if nodes.shape[1] == 2:
         # Edges that continue straight leave their node in opposite directions.
-        (one, other), way = twice(node.reshape(-1, 1)), _away(nodes, facets).reshape(-1, 2)
+        (one, other), way = twice(node.reshape(-1, 1)), away(nodes[facets]).reshape(-1, 2)
         return fans(node, one, other, -np.vecdot(way[one], way[other]))
-    (one, other), normal = beside(node), _normals(nodes, facets).reshape(-1, 3)
+    (one, other), normal = beside(node), normals(nodes[facets]).reshape(-1, 3)
     return fans(node, one, other, np.vecdot(normal[one], normal[other]))
 
 
@@ -162,27 +162,7 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
     s = np.array(normal)
     # A unit vector w, along an edge or normal to a face, and its mirror image w' have w . w' = 1 - 2 (s . w)^2.
     if nodes.shape[1] == 2:
-        return np.asarray(2 * (_away(nodes, facets) @ s) ** 2 - 1 >= CREASE)
+        return np.asarray(2 * (away(nodes[facets]) @ s) ** 2 - 1 >= CREASE)
     corner = inside[facets[:, : facets.shape[1] // 2]]
     along = corner & (np.roll(corner, 1, axis=1) | np.roll(corner, -1, axis=1))
-    return np.asarray(along & (1 - 2 * (_normals(nodes, facets) @ s) ** 2 >= CREASE))
-
-
-def _away(nodes: Floats, lines: Ints) -> Floats:
-    """Unit vectors (f, 2, d) along which quadratic edges (f, 3), parabolas, go from their ends."""
-    x = nodes[lines]
-    return unit(np.stack([_leaving(x[:, 0], x[:, 1], x[:, 2]), _leaving(x[:, 2], x[:, 1], x[:, 0])], axis=1))
-
-
-def _normals(nodes: Floats, faces: Ints) -> Floats:
-    """Unit normals (f, k, 3) of quadratic faces (f, 2 k) at their corners, by the edges that leave these."""
-    count = faces.shape[1] // 2
-    corner, middle = nodes[faces[:, :count]], nodes[faces[:, count:]]
-    ahead = _leaving(corner, middle, np.roll(corner, -1, axis=1))
-    back = _leaving(corner, np.roll(middle, 1, axis=1), np.roll(corner, 1, axis=1))
-    return unit(np.cross(ahead, back))
-
-
-def _leaving(x: Floats, middle: Floats, end: Floats) -> Floats:
-    """Derivatives (..., d) at ``x`` of parabolas through their ``middle`` to their ``end``."""
-    return 4 * middle - 3 * x - end
+    return np.asarray(along & (1 - 2 * (normals(nodes[facets]) @ s) ** 2 >= CREASE))

@@ -9,7 +9,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.tools.deformable import AnyTool, DeformableTool
 from bipot.tools.facing import facing
 from bipot.tools.passing import deep
-from bipot.tools.seeming import chords, means_of, missed
+from bipot.tools.seeming import means_of, missed
 from bipot.tools.tool import Sampling
 from bipot.typing import Ints
 
@@ -80,10 +80,10 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     sides = tool.sides
     found = facing(mesh.nodes, sides, ring)
     gap = np.vecdot(found.normal, means_of(mesh.nodes, found))
-    least = int(np.argmin(gap))
+    allowed = INSIDE * mesh.size + missed(sides, found, tool.met.planes if tool.welded else None)
+    least = int(np.argmin(gap + allowed))
     off = f"off the tool's surface, not {-gap[least]:.3g} in it at node {sides.node[least]}"
-    allowed = INSIDE * mesh.size + missed(sides, found)[least] + (chords(sides) if tool.welded else 0.0)
-    require(gap[least] >= -allowed, f"{label}.candidates", tool.candidates, off)
+    require(gap[least] >= -allowed[least], f"{label}.candidates", tool.candidates, off)
     depth = max(deep(mesh.nodes, *of, ring) for of in ((sides.one, sides.other), (sides.other, sides.one)))
     beside = f"off the tool's surface, not {depth:.3g} in it beside nodes: refine the mesh there"
     require(depth == 0, f"{label}.candidates", tool.candidates, beside)

@@ -107,3 +107,31 @@ def hat_integrals(corners: Floats, ring: bool) -> Floats:
     shapes, slopes = bilinear(SQUARE / np.sqrt(3.0))
     first, second = (slopes[..., k] @ corners for k in range(2))
     return norm(np.cross(first, second)) @ shapes
+
+
+def parabolic(facets: Floats) -> Floats:
+    """Facets (f, n, d), linear ones with nodes in the middles of edges: (f, 3, 2) in a plane, else (f, 2 k, 3)."""
+    if facets.shape[2] == 2:
+        return facets if facets.shape[1] == 3 else np.insert(facets, 1, facets.mean(axis=1), axis=1)
+    if facets.shape[1] in FLATS:
+        return facets
+    return np.concatenate([facets, (facets + np.roll(facets, -1, axis=1)) / 2], axis=1)
+
+
+def away(lines: Floats) -> Floats:
+    """Unit vectors (f, 2, d) along which quadratic edges (f, 3, d), parabolas, go from their ends."""
+    start, middle, end = np.moveaxis(lines, 1, 0)
+    return unit(np.stack([_leaving(start, middle, end), _leaving(end, middle, start)], axis=1))
+
+
+def normals(faces: Floats) -> Floats:
+    """Unit normals (f, k, 3) of quadratic faces (f, 2 k, 3) at their corners, by the edges that leave these."""
+    corner, middle = np.split(faces, 2, axis=1)
+    ahead = _leaving(corner, middle, np.roll(corner, -1, axis=1))
+    back = _leaving(corner, np.roll(middle, 1, axis=1), np.roll(corner, 1, axis=1))
+    return unit(np.cross(ahead, back))
+
+
+def _leaving(x: Floats, middle: Floats, end: Floats) -> Floats:
+    """Derivatives (..., d) at ``x`` of parabolas through their ``middle`` to their ``end``."""
+    return 4 * middle - 3 * x - end
