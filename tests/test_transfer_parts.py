@@ -19,6 +19,7 @@ from bipot import (
     Symmetry,
     apart,
     block,
+    brick,
     cylinder,
     march,
     together,
@@ -86,6 +87,20 @@ def test_on_the_same_meshes_nothing_changes():
     for name in ("nodes", "stress", "plastic_strain", "peeq"):
         was = getattr(state, name)
         np.testing.assert_allclose(getattr(again.state, name), was, atol=1e-6 * np.abs(was).max())
+    assert again.moved < 1e-9
+
+
+def test_parts_in_space_are_taken_on():
+    """What a deformable tool is elsewhere had tips of two coordinates."""
+    low, up = brick(1.0, 1.0, 1.0, 2, 2, 1), shifted(brick(2.0, 2.0, 1.0, 1, 1, 1), 0.0, 0.0, 1.0)
+    way = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, -1.0)))
+    held = (*(Support(f"{part}/{side}", k) for part in ("low", "up") for k, side in enumerate(("left", "front"))),)
+    supports = (*held, Support("low/base", 2), Prescribed("up/top", 2, -0.02, way))
+    tools = (DeformableTool(("up/base",), ("low/top",), 0.1),)
+    first = Scene(together({"low": low, "up": up}), Geometry.SOLID, STEEL, supports, tools)
+    *_, last = march(first, Schedule(4), NEWTON)
+    again = transferred(last.state, first, replace(first, mesh=replace(first.mesh, nodes=last.state.nodes)))
+    np.testing.assert_allclose(again.state.peeq, last.state.peeq, rtol=1e-9, atol=1e-12)
     assert again.moved < 1e-9
 
 

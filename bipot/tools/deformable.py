@@ -66,7 +66,7 @@ class Nowhere(Surface):
 
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
-        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+        return Tips(np.empty((0, self.dimension)), np.empty(0), np.inf)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`: where both sides of the contact have nodes in the plane."""
