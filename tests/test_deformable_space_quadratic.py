@@ -21,6 +21,7 @@ from bipot import (
 )
 from bipot.fem.surface import facet_mass
 from bipot.tools.facing import facing
+from bipot.tools.fans import beside
 from bipot.tools.flats import flats
 from bipot.tools.passing import crossed, deep
 from bipot.tools.plane import area_of
@@ -119,6 +120,19 @@ def test_flats_are_all_of_a_face_and_run_as_it_does(count):
     assert set().union(*found[0]) == {*range(count)}
 
 
+def test_where_more_than_two_faces_meet_in_an_edge_none_continues():
+    """A middle node is the double corner of one triangle in most faces, and of two or none in others."""
+    faces = []
+    for k, first in enumerate((1, 1, 2, 3)):
+        far, up, low, side, top = range(3 + 5 * k, 8 + 5 * k)
+        faces.append([*np.roll([0, far, up, 1], first), *np.roll([low, side, top, 2], first)])
+    faces = np.array(faces)
+    one, other = beside(flats(faces, 3))
+    whose, node = np.repeat(np.arange(4), 20), flats(faces, 3).ravel()
+    assert (whose[one] == whose[other]).all()
+    np.testing.assert_array_equal(node[one], node[other])
+
+
 def test_points_share_the_area_of_plane_faces():
     mesh = brick(2.0, 1.0, 1.0, 2, 1, 1, element=Element.T10)
     faces = flats(mesh.around("top"), 3)
@@ -126,6 +140,20 @@ def test_points_share_the_area_of_plane_faces():
     assert len(faces) == 4 * len(mesh.around("top"))
     middle = np.cross(*(np.diff(mesh.nodes[faces], axis=1)[:, k] for k in range(2)))
     assert (middle[:, 2] > 0).all()
+
+
+def test_the_nodes_of_a_face_that_one_goes_through_are_told_once_each():
+    """A triangle at a corner of a face of eight nodes is a square of which one corner is told twice."""
+    mesh = together(
+        {"low": (one := brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.H20)), "up": shifted(one, 0.1, 0.1, 1.1)}
+    )
+    node = mesh.boundary_nodes("up/base")
+    node = node[np.argmin(mesh.nodes[node, :2].sum(axis=1))]
+    moved = mesh.nodes.copy()
+    moved[node, 2] -= 0.6
+    found, face = crossed(mesh.nodes, moved, np.array([node]), mesh.around("low/top"), np.ones(1))
+    assert found == node
+    assert len(face) == len({*face}) == 3
 
 
 def test_middle_nodes_that_go_through_faces_are_found():

@@ -47,10 +47,12 @@ def beside(faces: Ints) -> tuple[Ints, Ints]:
     """
     place = np.arange(faces.size)
     after = np.roll(place.reshape(faces.shape), -1, axis=1).ravel()
-    a, b = twice(np.sort(faces.ravel()[np.column_stack([place, after])], axis=1))
+    ends = faces.ravel()[np.column_stack([place, after])]
+    same = ends[:, 0] == ends[:, 1]
+    edge, one = np.flatnonzero(~same), np.flatnonzero(same)
+    a, b = (edge[of] for of in twice(np.sort(ends[edge], axis=1)))
     # Neighbours run along their common edge in opposite directions: one begins where the other ends.
-    same = np.flatnonzero(faces.ravel() == faces.ravel()[after])
-    return np.concatenate([a, after[a], same]), np.concatenate([after[b], b, after[same]])
+    return np.concatenate([a, after[a], one]), np.concatenate([after[b], b, after[one]])
 
 
 def twice(keys: Ints) -> tuple[Ints, Ints]:

@@ -43,7 +43,7 @@ def crossed(nodes: Floats, moved: Floats, points: Ints, facets: Ints, volume: Fl
     extent, share = _extents(moved[parts]), len(parts) // len(facets)
     deepest = np.minimum(DEPTH * extent ** (1 / (d - 1)), THROUGH * np.repeat(volume / share, share) / extent)
     found = (_through_edges if d == 2 else _through_faces)(nodes, moved, points, parts, deepest)
-    return None if found is None else (found[0], parts[found[1]].tolist())
+    return None if found is None else (found[0], _named(parts[found[1]]))
 
 
 def _extents(corners: Floats) -> Floats:
@@ -96,7 +96,12 @@ def faces_crossed(
     one = flats(one, 3)
     middles = np.vstack([nodes, nodes[one].mean(axis=1)]), np.vstack([moved, moved[one].mean(axis=1)])
     found = crossed(*middles, len(nodes) + np.arange(len(one)), other, volume)
-    return None if found is None else (one[found[0] - len(nodes)].tolist(), found[1])
+    return None if found is None else (_named(one[found[0] - len(nodes)]), found[1])
+
+
+def _named(flat: Ints) -> list[int]:
+    """The nodes of a flat part (k,), each once."""
+    return list(dict.fromkeys(flat.tolist()))
 
 
 def _boxes_meet(ways: Floats, around: Floats) -> tuple[Ints, Ints]:
