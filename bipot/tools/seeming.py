@@ -114,11 +114,14 @@ def _misses(sides: Sides, planes: Sequence[Plane] | None) -> tuple[Floats, Float
 
 
 def _change(sides: Sides, height: Floats) -> Floats:
-    """The largest difference (f,) of heights (f, k) of facets at a node of one of the sides."""
-    high, low = np.full((2, len(sides.nodes)), [[-np.inf], [np.inf]])
-    np.maximum.at(high, sides.one, height.max(axis=1)[:, None])
-    np.minimum.at(low, sides.one, height.min(axis=1)[:, None])
-    return (high[sides.one] - low[sides.one]).max(axis=1)
+    """How much the largest heights of facets (f, k) around a node of each differ (f,) at most, or the smallest do."""
+    out = np.zeros(len(height))
+    for of in (height.max(axis=1), -height.min(axis=1)):
+        high, low = np.full((2, len(sides.nodes)), [[-np.inf], [np.inf]])
+        np.maximum.at(high, sides.one, of[:, None])
+        np.minimum.at(low, sides.one, of[:, None])
+        out = np.maximum(out, (high[sides.one] - low[sides.one]).max(axis=1))
+    return out
 
 
 def _angles(sides: Sides, ends: Floats, normal: Floats, planes: Sequence[Plane]) -> Floats:
