@@ -39,11 +39,13 @@ def bent(mesh, height):
 
 def blocks(element, lower, upper, height, clearance=0.0):
     """Two blocks on each other, of so many elements a side, which meet at this ``height`` but for a clearance."""
-    make = block if element in {Element.Q4, Element.T3, Element.Q8, Element.T6} else brick
-    d = 2 if make is block else 3
-    low, up = (make(*[1.0] * d, *[n] * (d - 1), 2, element=element) for n in (lower, upper))
-    low, up = (bent(of, height) for of in (low, shifted(up, *[0.0] * (d - 1), 1.0)))
-    return together({"low": low, "up": shifted(up, *[0.0] * (d - 1), clearance)})
+    if element.dimension == 2:
+        low, up = (block(1.0, 1.0, n, 2, element=element) for n in (lower, upper))
+    else:
+        low, up = (brick(1.0, 1.0, 1.0, n, n, 2, element=element) for n in (lower, upper))
+    aside = (0.0,) * (element.dimension - 1)
+    low, up = (bent(of, height) for of in (low, shifted(up, *aside, 1.0)))
+    return together({"low": low, "up": shifted(up, *aside, clearance)})
 
 
 def gaps(mesh, candidates, surface):

@@ -104,7 +104,8 @@ def _misses(sides: Sides, planes: Sequence[Plane] | None) -> tuple[Floats, Float
     length, height = norm(chord), np.abs(np.vecdot(off, out))
     beside, longest = np.abs(np.vecdot(off, chord)) / length**2, norm(ends[:, :, None] - ends[:, None]).max(axis=(1, 2))
     smooth = (beside < BLUNT).all(axis=1)
-    twist = np.where(smooth, norm(normal - out).max(axis=1), 0.0)
+    parted = len(sides.flats) > len(sides.one)
+    twist = np.where(smooth & parted, norm(normal - out).max(axis=1), 0.0)
     turn = np.maximum((4 * height / length).max(axis=1), twist)
     miss = longest * turn**3 / 16 + (2 * height * beside).max(axis=1) + CHANGE * _change(sides, np.vecdot(off, out))
     if planes is not None:
