@@ -40,8 +40,9 @@ FORMS, SHARES = ("newton", "tangent", "dissipation", "delassus"), (0.5, 0.25, 0.
 MU = (0.25, 0.5, 0.25, 0.0)
 """How probable each kind of friction is (:mod:`studies.fuzz.numbers`), where not all is welded."""
 
-WELDED = 0.15
-"""How probable welds of all parts of a scene in a plane or on a meridian are."""
+WELDED, STRAIGHT = 0.15, 1e-12
+"""How probable welds of all parts of a scene in a plane or on a meridian are, and the largest gaps at rest over its
+size that only seem to be: interfaces are straight."""
 
 THREE, RINGS, APART, TRIANGLES, LOADED = 0.2, 0.3, 0.2, 0.25, 0.3
 """How probable three parts, bodies on a meridian, a gap at rest, triangles and loads are."""
@@ -193,9 +194,9 @@ def _drawn(rng: Rng, more: Rng) -> Drawn:
         + " free" * free
         + " half" * halves
     )
-    if more.random() < WELDED:
-        tools = tuple(replace(tool, mu=np.inf) for tool in scene.tools)
-        scene, body = replace(scene, tools=tools), body + " welded"
+    welded = replace(scene, tools=tuple(replace(tool, mu=np.inf) for tool in scene.tools))
+    if more.random() < WELDED and all(np.abs(t.seeming).max() <= STRAIGHT * mesh.size for t in welded.tools):
+        scene, body = welded, body + " welded"
     return Drawn(body, scene, schedule, form, integration)
 
 

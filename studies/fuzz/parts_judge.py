@@ -27,7 +27,6 @@ from studies.independent.candidates import Contacts
 from studies.independent.data import Setting
 from studies.independent.facing import Seen, seen
 from studies.independent.increment import Measures, measure
-from studies.independent.seeming import seeming
 
 FAR = 1e3
 """Gap, over the body's size, of what faces nothing."""
@@ -71,16 +70,15 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
     normal, inside = _in_planes(setting, node, normal)
     mu = [scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)]
     owner, a = np.nonzero(weights)
-    none = np.concatenate([_seeming(scene, setting, k) for k in range(len(found))])
-    away = np.where(part > 0, off - none, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
+    away = np.where(part > 0, off, FAR * setting.size - np.vecdot(normal, end.nodes[node]))
     apart = np.where(_own(scene, tool)[owner, a], -away[owner], 0.0)
-    nowhere = np.zeros((len(owner), 2))
+    none = np.zeros((len(owner), 2))
     _, earlier, way, faced, farther = _joined(at_start)
     way, _ = _in_planes(setting, node, way)
     here, there = (np.vecdot(n, w @ start.nodes) for n, w in ((normal, weights), (way, earlier)))
     held = start.forces.any(axis=1) & end.forces.any(axis=1) & (part > 0) & (faced > 0)
     meets, met = (part > 0) & (off == 0), (faced > 0) & (farther == 0)
-    before = np.where(held | meets & met, there + farther - none, here + away)
+    before = np.where(held | meets & met, there + farther, here + away)
     come = (part > 0) & ~met & ~held
     gone = (faced > 0) & ~meets & ~held & ~come
     slips = [
@@ -98,22 +96,12 @@ def contacts_of(scene: Scene, setting: Setting, start: State, end: State) -> Con
         np.array(mu),
         apart,
         apart,
-        nowhere,
+        none,
         carried(scene, start.tau, end.tau)[a],
         before=before,
         passing=passing,
         gone=np.where(gone, slips[1], np.nan),
     )
-
-
-def _seeming(scene: Scene, setting: Setting, k: int) -> Floats:
-    """Gaps (p,) at rest of the points of a tool that are none, as it welds (:mod:`studies.independent.seeming`)."""
-    tool, rest = scene.tools[k], scene.mesh.nodes
-    one, other = (_edges(scene, names) for names in (tool.candidates, tool.surface))
-    found = seen(rest, rest, one, other, scene.ring)
-    if np.isfinite(tool.mu) or np.isfinite(tool.shear):
-        return np.zeros(len(found.node))
-    return seeming(rest, one, other, found, _in_planes(setting, found.node, found.normal)[0])
 
 
 def _own(scene: Scene, tool: Ints) -> Bools:
