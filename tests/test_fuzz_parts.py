@@ -83,5 +83,5 @@ def test_such_scenes_are_certified(seed):
 def test_parts_that_are_welded_are_certified():
     """They lie on each other along a line."""
     row = parts_judge.judge_parts(WELDED, others=False)
-    assert row.kind.endswith("welded")
+    assert "welded" in row.kind
     assert row.outcome is Outcome.CERTIFIED, row.reason

@@ -195,7 +195,8 @@ def _drawn(rng: Rng, more: Rng) -> Drawn:
         + " half" * halves
     )
     welded = replace(scene, tools=tuple(replace(tool, mu=np.inf) for tool in scene.tools))
-    if more.random() < WELDED and all(np.abs(t.seeming).max() <= STRAIGHT * mesh.size for t in welded.tools):
+    bends = [np.abs(tool.seeming).max() for tool in welded.tools if isinstance(tool, DeformableTool)]
+    if more.random() < WELDED and max(bends) <= STRAIGHT * mesh.size:
         scene, body = welded, body + " welded"
     return Drawn(body, scene, schedule, form, integration)
 
