@@ -88,7 +88,7 @@ def test_an_interrupted_run_is_resumed_with_its_problems(tmp_path, monkeypatch):
 
 
 def test_problems_whose_run_is_not_there_are_left_alone(long, capsys):
-    for name in ("run.vtkhdf", "history.csv"):
+    for name in ("run.vtkhdf", "history.csv", "tools.vtkhdf"):
         (long / "mu0.1" / name).unlink()
     before = files(long)
     assert study(long, "--increments", "1", "--fclib") == 2
