@@ -7,8 +7,7 @@ import numpy as np
 from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.tools.deformable import DeformableTool, Faced
-from bipot.tools.facing import facing, rounding
-from bipot.tools.seeming import in_planes
+from bipot.tools.facing import facing, in_planes, rounding
 from bipot.typing import Floats
 
 FAR = 1e3
@@ -20,8 +19,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
 
     In a plane of symmetry, and on an axis, normals lie in it.
     """
-    sides = tool.sides
-    met, at = tool.met, sides.node
+    met, sides, at = tool.met, tool.sides, tool.sides.node
     found = facing(nodes, sides, met.ring)
     normal = in_planes(found.normal, sides.nodes[at], met.planes)
     apart, far = rounding(nodes, sides, found.reach), found.unfaced

@@ -15,9 +15,9 @@ import numpy as np
 
 from bipot.errors import require, require_tuple, require_type
 from bipot.meshes.mesh import Mesh
-from bipot.tools.facing import Sides
+from bipot.tools.facing import Plane, Sides
 from bipot.tools.pieces import LEAST
-from bipot.tools.seeming import Plane, seeming
+from bipot.tools.seeming import seeming
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
 from bipot.typing import Bools, Floats, Vector
@@ -135,9 +135,9 @@ class DeformableTool(Tool):
     Nodes of the boundaries ``candidates``, which have no node in common with these, may touch them, with the Coulomb
     coefficient ``mu``, or ``mu_at`` of the node where given; ``mu = inf`` welds, also where curved sides only seem to
     be apart (:mod:`bipot.tools.seeming`). The law is posed in the means of :mod:`bipot.tools.facing`, of the
-    configuration at the end of the increment. Friction is capped by ``shear`` times
-    the shear yield stress on the side of the candidates, or ``shear_at`` of the node (:mod:`bipot.contact.shear`).
-    Forces are those on the side of the candidates; the nodes of the surface bear the opposite ones.
+    configuration at the end of the increment. Friction is capped by ``shear`` times the shear yield stress on the side
+    of the candidates, or ``shear_at`` of the node (:mod:`bipot.contact.shear`). Forces are those on the side of the
+    candidates; the nodes of the surface bear the opposite ones.
 
     Raises:
         SceneError: no boundary, one that is in both fields, a coefficient below zero.

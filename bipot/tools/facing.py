@@ -26,8 +26,9 @@ leave them a mode in which the corner of a body sinks into the other side, and s
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -37,7 +38,8 @@ from bipot.tools.fans import beside, fans, twice
 from bipot.tools.flats import flats, hat_integrals, outward, shapes
 from bipot.tools.pieces import FACES, LEAST, Pieces, pieces
 from bipot.tools.polygons import polygons
-from bipot.typing import Floats, Ints
+from bipot.tools.surfaces import across
+from bipot.typing import Bools, Floats, Ints, Vector
 
 SQUARELY = -0.5
 """Largest product of the outward normals of two facets that face each other wholly; at :data:`FACES` nothing counts."""
@@ -184,6 +186,28 @@ def _weights(found: Integrands, point: Ints, area: Floats, unfaced: Ints, sides:
     weights = sp.csr_matrix((data, place), shape=(len(area), len(sides.nodes)))
     weights.sum_duplicates()
     return weights
+
+
+class Plane(Protocol):
+    """A plane of symmetry."""
+
+    @property
+    def normal(self) -> Vector:
+        """Unit normal."""
+        ...
+
+    def holds(self, points: Floats) -> Bools:
+        """Which places ``points`` (n, d) are in it (n,)."""
+        ...
+
+
+def in_planes(normals: Floats, x: Floats, planes: Sequence[Plane]) -> Floats:
+    """Unit ``normals`` (p, d) at x (p, d), in the ``planes`` of symmetry that hold x."""
+    out = normals.copy()
+    for plane in planes:
+        there = plane.holds(x)
+        out[there] = across(out[there], plane.normal)
+    return unit(out)
 
 
 def rounding(nodes: Floats, sides: Sides, reach: Floats) -> Floats:

@@ -11,15 +11,13 @@ by the means' part across their normals, and have gaps of up to a times that.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from bipot.tensors import norm, unit
-from bipot.tools.facing import Facing, Sides, facing
+from bipot.tools.facing import Facing, Plane, Sides, facing, in_planes
 from bipot.tools.flats import away, normals, outward, parabolic
-from bipot.tools.surfaces import across
-from bipot.typing import Bools, Floats, Vector
+from bipot.typing import Floats
 
 CHANGE = 1 / 15
 """k' L^3/(72 sqrt 3), by which a parabola misses a curve, is less than this times k' L^3/8, the change of heights."""
@@ -29,28 +27,6 @@ SMOOTH = np.sqrt(0.75)
 
 BLUNT = 0.2
 """Over L, a t from which parabolas may have no direction at their ends."""
-
-
-class Plane(Protocol):
-    """A plane of symmetry."""
-
-    @property
-    def normal(self) -> Vector:
-        """Unit normal."""
-        ...
-
-    def holds(self, points: Floats) -> Bools:
-        """Which places ``points`` (n, d) are in it (n,)."""
-        ...
-
-
-def in_planes(normals: Floats, x: Floats, planes: Sequence[Plane]) -> Floats:
-    """Unit ``normals`` (p, d) at x (p, d), in the ``planes`` of symmetry that hold x."""
-    out = normals.copy()
-    for plane in planes:
-        there = plane.holds(x)
-        out[there] = across(out[there], plane.normal)
-    return unit(out)
 
 
 def seeming(sides: Sides, ring: bool, planes: Sequence[Plane]) -> Floats:

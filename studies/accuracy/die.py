@@ -21,7 +21,6 @@ from bipot import (
     Elastic,
     Elasticity,
     Element,
-    Linear,
     Material,
     Mesh,
     Prescribed,
@@ -29,12 +28,12 @@ from bipot import (
     Scene,
     Support,
     Symmetry,
-    VonMises,
     cylinder,
     together,
     upsetting,
 )
 from studies.accuracy.deck import PUNCH, Deck, edges_of, entries, numbered
+from studies.accuracy.domed import MODULUS, SIZE, metal
 from studies.accuracy.foreign import Plan, Study
 from studies.command import command
 from studies.outputs import parser_of
@@ -43,8 +42,8 @@ MARKS = (0.05, 0.1, 0.15, 0.2)
 """Travel of the die's top over half the cylinder's height: before nodes of the side land, at another travel in each
 program."""
 
-SIZE, RADIUS, HEIGHT, MODULUS = 5.0, 9.7, 5.0, 300.0
-"""Radius and half height of the cylinder, radius and height of the die (mm), hardening (MPa)."""
+RADIUS, HEIGHT = 9.7, 5.0
+"""Of the die (mm)."""
 
 DIE = Elastic(Elasticity(30_000.0, 0.3))
 
@@ -55,7 +54,7 @@ class DieDeck(Deck):
 
     def scene(self) -> Scene:
         """The study's, of which the cylinder's material is asked."""
-        return replace(upsetting(mu=self.mu), material=_metal())
+        return replace(upsetting(mu=self.mu), material=metal())
 
     @property
     def tool(self) -> Material:
@@ -99,13 +98,7 @@ def scene_of(mu: float, elements: int, travel: float = MARKS[-1]) -> Scene:
     )
     tools = (DeformableTool(("die/base",), ("cylinder/top", "cylinder/side"), mu),)
     scene = upsetting(mu=mu, elements=1, quadrature=Quadrature.GAUSS2)
-    return replace(scene, mesh=mesh, material=_metal(), regions={"die": DIE}, supports=supports, tools=tools)
-
-
-def _metal() -> VonMises:
-    """The seed's, with linear hardening."""
-    seed = upsetting(mu=0.0, elements=1).material
-    return VonMises(seed.elasticity, Linear(float(seed.yield_stress(0.0)), MODULUS))
+    return replace(scene, mesh=mesh, material=metal(), regions={"die": DIE}, supports=supports, tools=tools)
 
 
 STUDY = Study(

@@ -55,12 +55,17 @@ class DomedDeck(Deck):
             yield from entries(len(mesh.elements) + 1 + k, *corners)
 
 
+def metal() -> VonMises:
+    """The seed's, with linear hardening."""
+    seed = upsetting(mu=0.0, elements=1).material
+    return VonMises(seed.elasticity, Linear(float(seed.yield_stress(0.0)), MODULUS))
+
+
 def scene_of(mu: float, elements: int, travel: float = MARKS[-1]) -> Scene:
     """The quarter of the cylinder, and the punch that goes this part of its height."""
     scene = upsetting(mu=mu, elements=elements, quadrature=Quadrature.GAUSS2)
-    material = VonMises(scene.material.elasticity, Linear(float(scene.material.yield_stress(0.0)), MODULUS))
     punch = ShapedTool(Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -travel * SIZE), ("top", "side"), mu)
-    return replace(scene, material=material, tools=(punch,))
+    return replace(scene, material=metal(), tools=(punch,))
 
 
 STUDY = Study(
