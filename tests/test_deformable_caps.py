@@ -12,6 +12,7 @@ from bipot import (
     Dissipation,
     Element,
     Geometry,
+    IncrementFailed,
     Newton,
     Prescribed,
     Scene,
@@ -91,3 +92,11 @@ def test_a_cap_by_what_does_not_flow_is_refused():
     (tool,) = scene.tools
     refused(lambda: replace(scene, tools=(replace(tool, shear_at={0: 0.2}),)), "shear_at node")
     refused(lambda: replace(tool, shear=1.5), "shear")
+
+
+@pytest.mark.slow
+def test_where_constant_shear_has_no_answer_a_finite_coefficient_is_advised():
+    with pytest.raises(IncrementFailed, match=r"give tools\[0\] a finite mu"):
+        list(march(dragged(Element.H20, np.inf), Schedule(2), Control(Newton(), (), cuts=0)))
+    first = next(march(dragged(Element.H20), Schedule(2), Control(Newton(), (), cuts=0)))
+    assert first.tool_force(0)[-1] > 2 * 0.3 * K

@@ -78,7 +78,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
     elif _decisive(attempt).form is FormName.UZAWA:
         more = "Raise K_n and K_t: the larger they are, the nearer to the law every pass comes."
     else:
-        more = _rigid_in_volume(increment) or getattr(attempt.last, "advice", "") or DISTORTED
+        found = _rigid_in_volume(increment) or _jumping(increment)
+        more = found or getattr(attempt.last, "advice", "") or DISTORTED
     return IncrementFailed(failed + more, state)
 
 
@@ -139,6 +140,21 @@ def _rigid_in_volume(increment: Increment) -> str | None:
     return (
         f"Lower Poisson's ratio: at 1 - 2 nu = {float(np.min(3 * G / (3 * K + G))):.2g} round-off of the volume change "
         f"alone is {blurred:.2g} of the yield stress."
+    )
+
+
+def _jumping(increment: Increment) -> str | None:
+    """The advice where friction is a constant shear wherever contacts push, None where it is not.
+
+    At the end of such a contact friction is neither none nor the shear, and the law has no answer.
+    """
+    candidates = increment.system.candidates
+    jumps = np.isinf(candidates.mu) & np.isfinite(candidates.shear)
+    if not jumps.any():
+        return None
+    return (
+        f"Use more increments, or give tools[{candidates.tool[jumps.argmax()]}] a finite mu: up to its shear friction "
+        "then grows with the normal force, while with mu = inf it jumps where contact begins or ends."
     )
 
 
