@@ -116,18 +116,20 @@ def _increments(shared: Shared, schedule: Schedule, course: Course) -> Iterator[
     times = schedule.landing_on(shared.system.body.scene.kinks)
     if any(abs(course.state.tau - target) <= ROUND_OFF * target for target in times):
         course = course.scheduled()
+    system = shared.system
     for target in times:
         while course.state.tau < target * (1 - ROUND_OFF):
-            accepted = _Next(shared, course, target).accepted()
+            accepted = _Next(shared, system.facing(course.state.nodes), course, target).accepted()
             yield accepted
-            course = accepted.course
+            system, course = accepted.solved.iterate.increment.system, accepted.course
 
 
 @dataclass(frozen=True)
 class _Next:
-    """The next increment of a ``course``, on the way to the scheduled ``target``."""
+    """The next increment of a ``course``, whose start the ``system`` faces, on the way to the scheduled ``target``."""
 
     shared: Shared
+    system: System
     course: Course
     target: float
 
@@ -207,7 +209,7 @@ class _Next:
         while True:
             # The target itself, not a sum that round-off moves.
             tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
-            increment = Increment(shared.system.facing(state.nodes), state, tau)
+            increment = Increment(self.system, state, tau)
             length = tau - state.tau
             tried = halving.tried(increment, sparing=length >= spared, halves=length >= halvable)
             if isinstance(tried, Found):
@@ -228,9 +230,7 @@ class _Next:
             return course.size, course.uncut
         length = self.target - course.state.tau
         if shared.pacer is not None:
-            length = shared.pacer.length(
-                shared.system.facing(course.state.nodes), course.state, course.proposed, self.target
-            )
+            length = shared.pacer.length(self.system, course.state, course.proposed, self.target)
         return length, length
 
     def _located(self, found: Found) -> Found:

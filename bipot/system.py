@@ -19,23 +19,28 @@ from bipot.scene.scene import Scene
 from bipot.state import State, rest
 from bipot.tensors import norm
 from bipot.tools.deformable import DeformableTool
-from bipot.typing import Floats, max_abs
+from bipot.typing import Floats, max_abs, read_only
 
 
 @dataclass(frozen=True)
 class System:
-    """A scene prepared for a march: body and candidates."""
+    """A scene prepared for a march: body and candidates, which face what they do where nodes are ``there`` (a, d).
+
+    Where nodes are decides only at deformable tools; None is at rest.
+    """
 
     body: Body
     candidates: Candidates
+    there: Floats | None = None
 
     def facing(self, nodes: Floats) -> System:
         """The system whose candidates at deformable tools face what they do where nodes are at ``nodes`` (a, d)."""
-        if not self.candidates.deformable:
+        if not self.candidates.deformable or (self.there is not None and np.array_equal(nodes, self.there)):
             return self
         # Frames in space follow those at rest.
         found = candidates(self.body.scene, self.body.space, nodes)
-        return replace(self, candidates=replace(found, like=self.candidates.like or self.candidates))
+        like = self.candidates.like or self.candidates
+        return replace(self, candidates=replace(found, like=like), there=read_only(nodes, np.float64))
 
     @cached_property
     def loading(self) -> Loading:
