@@ -15,7 +15,7 @@ from bipot.meshes.elements import CUBE, Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 from studies.accuracy.block_alone import scene_of
 from studies.accuracy.deck import NODES, OUTSIDE, PUNCH, Deck, entries, numbered
 from studies.block import CANDIDATES
@@ -67,9 +67,14 @@ class BlockDeck(Deck):
         if self.contact == NODES:
             yield from (f"{node + 1}," for node in np.unique(upper))
         else:
-            wanted = {frozenset(corners) for corners in upper[:, :4].tolist()}
-            for number, cell in enumerate(mesh.elements.tolist(), 1):
-                for side, corners in enumerate(SIDES, 1):
-                    if frozenset(cell[k] for k in corners) in wanted:
-                        yield f"{number}, S{side}"
+            yield from faces_of(mesh, upper)
         yield from self._master(mesh)
+
+
+def faces_of(mesh: Mesh, facets: Ints, before: int = 0) -> Iterator[str]:
+    """Element, with so many ``before`` it, and side of ``facets`` (f, n), in the counting of the deck."""
+    wanted = {frozenset(corners) for corners in facets[:, :4].tolist()}
+    for number, cell in enumerate(mesh.elements.tolist(), before + 1):
+        for side, corners in enumerate(SIDES, 1):
+            if frozenset(cell[k] for k in corners) in wanted:
+                yield f"{number}, S{side}"

@@ -62,21 +62,30 @@ class DieDeck(Deck):
         return DIE
 
     def _punch(self, mesh: Mesh) -> Iterator[str]:
-        die, first = die_of(self.elements), len(mesh.nodes)
-        yield "*NODE, NSET=DIE"
-        yield from numbered(first + 1, die.nodes)
-        yield f"*ELEMENT, TYPE={self.element}, ELSET=TOOL"
-        for number, cell in enumerate(die.elements, len(mesh.elements) + 1):
-            yield from entries(number, *(first + cell + 1))
-        yield f"*NSET, NSET={PUNCH}"
-        yield from (f"{first + node + 1}," for node in np.unique(die.boundaries["top"]))
-        yield "*BOUNDARY"
-        yield from (f"{first + node + 1}, 1, 1" for node in np.unique(die.boundaries["axis"]))
+        yield from lines_of(die_of(self.elements), mesh, self.element, ("axis",))
 
     def _master(self, mesh: Mesh) -> Iterator[str]:
         die = die_of(self.elements)
         yield "*SURFACE, NAME=MASTER"
         yield from edges_of(die, die.boundaries["base"][:, [0, -1]], len(mesh.elements))
+
+
+def lines_of(die: Mesh, body: Mesh, element: str, held: Sequence[str]) -> Iterator[str]:
+    """Nodes and elements of a die, counted on from the body's; its top is the punch.
+
+    The boundaries ``held`` are so along the first axis, the second, and so on.
+    """
+    first = len(body.nodes)
+    yield "*NODE, NSET=DIE"
+    yield from numbered(first + 1, die.nodes)
+    yield f"*ELEMENT, TYPE={element}, ELSET=TOOL"
+    for number, cell in enumerate(die.elements, len(body.elements) + 1):
+        yield from entries(number, *(first + cell + 1))
+    yield f"*NSET, NSET={PUNCH}"
+    yield from (f"{first + node + 1}," for node in np.unique(die.boundaries["top"]))
+    yield "*BOUNDARY"
+    for axis, name in enumerate(held, 1):
+        yield from (f"{first + node + 1}, {axis}, {axis}" for node in np.unique(die.boundaries[name]))
 
 
 def die_of(elements: int) -> Mesh:

@@ -1,8 +1,8 @@
 """The force on a punch by both programs, mesh by mesh: what the studies beside CalculiX on one deck each share.
 
-Both programs have the quarter of a meridian plane in equal elements Q8 with 2 x 2 points (CAX8R) and contact at nodes
-of the body, so that their meshes' errors are the same. What differs are increments, flow of order two or one, and exact
-or penalised contact; at deformable dies also how contact is posed.
+Both programs have the same part of the body in equal elements, so that their meshes' errors are the same: if not said
+otherwise the quarter of a meridian plane, Q8 with 2 x 2 points (CAX8R), with contact at nodes of the body. What differs
+are increments, flow of order two or one, and exact or penalised contact; at deformable dies also how contact is posed.
 
 ``DIR/NAME.csv`` has a row a force: its relative ``difference`` is ours over CalculiX's, less one. The command ends with
 exit code 1 where one exceeds :data:`MOST`. Seconds are processor time: ours from the making of the scene on, those of
@@ -75,7 +75,7 @@ def key(row: Row) -> tuple[float, int, float]:
 class Study:
     """One comparison: ``scene_of(mu, elements, travel)`` is ours, ``deck`` CalculiX's of the same.
 
-    ``given`` is what its rows do not tell and yet depend on.
+    ``given`` is what its rows do not tell and yet depend on. ``element`` and ``contact`` are those of the deck.
     """
 
     name: str
@@ -84,6 +84,8 @@ class Study:
     whole: Plan
     fast: Plan
     given: Mapping[str, float | str]
+    element: str = "CAX8R"
+    contact: str = NODES
 
     def own(self, mu: float, elements: int, marks: Sequence[float]) -> tuple[list[float], int, float]:
         """Forces (N) at the marks, to the last before an element folds, how many increments they took, and seconds."""
@@ -98,13 +100,13 @@ class Study:
             steps.extend(march(self.scene_of(mu, elements, marks[-1]), schedule, control))
         except IncrementFailed as failed:
             say(f"mu = {mu:g}, {elements} a side: {failed}", sys.stderr)
-        forces = [-float(step.tool_force(0)[1]) for step in steps if step.state.tau in (*landings, 1.0)]
+        forces = [-float(step.tool_force(0)[-1]) for step in steps if step.state.tau in (*landings, 1.0)]
         return forces, len(steps), time.process_time() - begun
 
     def rows(self, mu: float, elements: int, marks: Sequence[float], ccx: str) -> Iterator[Row]:
         """Of one mesh, to the last mark that both programs reach."""
         forces, count, seconds = self.own(mu, elements, marks)
-        other = calculated(self.deck(mu, "CAX8R", NODES, elements, LONGEST, *PENALTY), marks, ccx)
+        other = calculated(self.deck(mu, self.element, self.contact, elements, LONGEST, *PENALTY), marks, ccx)
         for mark, force, foreign in zip(marks, forces, other.forces, strict=False):
             spent = count, other.increments, seconds, other.seconds
             yield Row(mu, elements, mark, force, foreign, force / foreign - 1, *spent)
