@@ -8,13 +8,18 @@ import pytest
 from bipot import (
     Control,
     DeformableTool,
+    Elastic,
+    Elasticity,
     Element,
     Geometry,
+    Linear,
     Newton,
     Prescribed,
     Scene,
     Schedule,
     Support,
+    Symmetry,
+    VonMises,
     block,
     brick,
     march,
@@ -138,3 +143,54 @@ def test_what_is_faced_changes_continuously_as_a_wall_leans(dimension):
         found.append(np.concatenate([of.weights @ mesh.nodes[:, -1], of.normal.ravel(), of.part]))
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     assert 0 < steps.max() < 0.05
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("element", "geometry"), [(Element.Q8, "plane"), (Element.T6, "plane"), (Element.Q8, "ring")])
+def test_the_edge_of_a_die_goes_past_a_node_of_what_it_dents(element, geometry):
+    """Its end sank in by more than it was rounded: as the node passed it the force there ended at once."""
+    low = block(5.0, 5.0, 4, 4, element=element)
+    die = shifted(block(3.3, 4.0, 5, 4, element=element), 0.0, 5.0)
+    plane = geometry == "plane"
+    middle = Symmetry if plane else Support
+    supports = (
+        *(middle(f"{part}/left", 0) for part in ("low", "die")),
+        Symmetry("low/base", 1),
+        Support("die/top", 0),
+        Prescribed("die/top", 1, -1.0),
+    )
+    soft = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 300.0))
+    scene = Scene(
+        together({"low": low, "die": die}),
+        Geometry.PLANE_STRAIN if plane else Geometry.AXISYMMETRIC,
+        soft,
+        supports,
+        (DeformableTool(("die/base",), ("low/top", "low/right"), 0.0),),
+        regions={"die": Elastic(Elasticity(30e3, 0.3))},
+    )
+    *_, last = march(scene, Schedule(accuracy=1e-2), NEWTON)
+    assert last.state.tau == 1.0
+
+
+@pytest.mark.slow
+def test_an_elastic_die_that_is_narrower_dents_a_cube_in_quadratic_elements():
+    """The top of the cube, in touch with the die, was taken for deep inside of the side that leans beside it."""
+    low = brick(5.0, 5.0, 5.0, 2, 2, 2, element=Element.H20)
+    die = brick(4.0, 4.0, 4.0, 2, 2, 2, element=Element.H20)
+    die = replace(die, nodes=die.nodes + np.array([0.0, 0.0, 5.0]))
+    supports = (
+        *(Symmetry(f"{part}/{side}", axis) for part in ("low", "die") for axis, side in enumerate(("left", "front"))),
+        Symmetry("low/base", 2),
+        *(Support("die/top", axis) for axis in range(2)),
+        Prescribed("die/top", 2, -0.5),
+    )
+    scene = Scene(
+        together({"low": low, "die": die}),
+        Geometry.SOLID,
+        VonMises(Elasticity(210e3, 0.3), Linear(300.0, 300.0)),
+        supports,
+        (DeformableTool(("die/base",), ("low/top", "low/right", "low/back"), 0.1),),
+        regions={"die": Elastic(Elasticity(30e3, 0.3))},
+    )
+    *_, last = march(scene, Schedule(accuracy=1e-3), NEWTON)
+    assert last.state.tau == 1.0

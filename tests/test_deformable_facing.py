@@ -7,6 +7,7 @@ import numpy as np
 from bipot import DeformableTool, Geometry, Prescribed, Scene, Support, block, together
 from bipot.tools.passing import crossed
 from bipot.tools.pieces import pieces
+from bipot.tools.polygons import polygons
 from tests.deformable import ELASTIC, shifted
 from tests.scenes import refused
 
@@ -36,6 +37,24 @@ def test_what_is_behind_another_edge_faces_nothing():
     np.testing.assert_allclose(found.lowest, np.where(found.other == 0, 0.1, 0.5))
     inclined = pieces(nodes, one, np.array([[6, 7]]), False)
     np.testing.assert_allclose(inclined.lowest, [-0.1])
+
+
+def test_a_place_that_touches_the_other_side_of_a_corner_is_not_deep_in_this_one():
+    """Along the normal of a side that leans, the tool that is in touch with the top is far inside of the part.
+
+    In space the sides are a unit wide.
+    """
+    corners = np.array([[1.14, 0.0], [1.0, 1.0], [0.0, 0.865], [-1.0, 0.85], [0.2, 0.864], [-1.0, 0.84]])
+    one, other = np.array([[0, 1], [1, 2], [2, 3]]), np.array([[5, 4]])
+
+    def wide(edges):
+        return np.stack(
+            [np.insert(corners[edges[:, k]], 1, y, axis=1) for k, y in ((0, 0), (0, 1), (1, 1), (1, 0))], axis=1
+        )[:, ::-1]
+
+    for found in (pieces(corners, one, other, False), polygons(wide(one), wide(other))):
+        assert np.unique(found.one).tolist() == [1, 2]
+        assert found.lowest.min() > -0.03
 
 
 def test_sides_that_are_deep_in_each_other_at_rest_are_refused():

@@ -91,9 +91,11 @@ def test_a_part_in_the_air_is_taken_along_and_pressed(form):
     assert dict(taken)[0.04] == pytest.approx(0.0, abs=1e-7)
 
 
-def test_without_friction_a_part_rests_in_the_dent_that_it_makes():
+@pytest.mark.parametrize("increments", [1, 2, 3, 5])
+def test_without_friction_a_part_rests_in_the_dent_that_it_makes(increments):
+    """Each configuration pushes the next one away from there."""
     scene = on(Pressure("free/top", 100.0), mu=0.0)
-    accepted = last(scene, Newton(), increments=1)
+    accepted = last(scene, Newton(), increments=increments)
     assert accepted.tool_force(0)[1] == pytest.approx(100.0, rel=1e-3)
     moved = accepted.displacement[scene.mesh.boundary_nodes("free/base")]
     assert abs(moved[:, 0].mean()) < 1e-3 * np.abs(moved).max()

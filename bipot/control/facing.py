@@ -7,6 +7,7 @@ bounds in the configuration of its own end. Until then an iterate near an answer
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,8 +21,12 @@ from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
 from bipot.typing import Floats
 
-MOST, MIXED = 30, Anderson(depth=5, weight=1.0)
-"""Configurations of one increment, and how the next one is mixed of the last."""
+MOST, MIXED = 30, Anderson(depth=3, weight=1.0, growth=math.inf)
+"""Configurations of one increment, and how the next one is mixed of the last.
+
+Where only the dents in its contacts hold a part, a configuration pushes the next one away from the answer, and what
+was mixed of several is the only way there: steps that grow must not drop it.
+"""
 
 FINER = "Use more increments, or refine the sides where one goes past an end of the other."
 

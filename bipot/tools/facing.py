@@ -44,7 +44,7 @@ from bipot.typing import Bools, Floats, Ints, Vector
 SQUARELY = -0.5
 """Largest product of the outward normals of two facets that face each other wholly; at :data:`FACES` nothing counts."""
 
-ROUND, FILLET = 0.05, 0.02
+ROUND, FILLET = 0.1, 0.1
 """Reach of the other side before a point below which the point is at a rounded end, and how deep this is rounded, over
 the longest edge or diagonal from there."""
 

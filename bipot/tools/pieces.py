@@ -20,6 +20,10 @@ FACES = -0.1
 LEAST = 1e-9
 """Over the length or area of a flat part, a piece no larger than this is none."""
 
+TOUCHES = 0.1
+"""Over its depth behind one flat part, the distance from another one at which a place is before that one instead: it
+touches the other side of a corner, however far inside of this one that is."""
+
 
 class Pieces(NamedTuple):
     """Pieces (s,) of ``one`` flat part of facets (s,) that face pieces of the ``other`` (s,).
@@ -129,7 +133,8 @@ def _shadows(one: Floats, other: Floats) -> Shadows:
 def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Bools:
     """Whether others of the edges ``one`` (f, 2, 2) lie before the ``depth`` (s,) behind x (s, 2) on the edges i (s,).
 
-    The edges have the outward normals ``out`` (f, 2); others are those through which one leaves the part there.
+    The edges have the outward normals ``out`` (f, 2); others are those through which one leaves the part there, or that
+    the place at the depth touches.
     """
     hidden = np.zeros(len(i), dtype=bool)
     deep = np.flatnonzero(depth > 0)
@@ -140,7 +145,11 @@ def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Boo
     with np.errstate(divide="ignore", invalid="ignore"):
         far, place = cross(start, along) / side, cross(start, inward) / side
     beyond = out[i[deep]] @ out.T < 0
-    hidden[deep] = (beyond & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)).any(axis=1)
+    leaves = beyond & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)
+    off = inward * depth[deep, None, None] - start
+    foot = np.vecdot(off, along) / np.vecdot(along, along)
+    near = np.abs(np.vecdot(off, out)) < TOUCHES * depth[deep, None]
+    hidden[deep] = (leaves | (near & (foot >= 0) & (foot <= 1))).any(axis=1)
     return hidden
 
 

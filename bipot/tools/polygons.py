@@ -12,7 +12,7 @@ import numpy as np
 
 from bipot.tensors import norm, unit
 from bipot.tools.flats import SQUARE, bilinear, outward
-from bipot.tools.pieces import FACES, LEAST, Pieces
+from bipot.tools.pieces import FACES, LEAST, TOUCHES, Pieces
 from bipot.tools.plane import area_of, cross
 from bipot.typing import Bools, Floats, Ints, max_abs
 
@@ -151,8 +151,8 @@ def _hidden(i: Ints, b: Floats, middle: Floats, above: Floats, share: Floats) ->
 def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -> Bools:
     """Whether others of the faces ``one`` (f, k, 3) lie before the ``depth`` (p,) behind places on faces i (p,).
 
-    The faces have the outward normals ``out`` (f, 3); others are those through which one leaves the part there. Places
-    are ``middle`` (p, 2) in mean planes.
+    The faces have the outward normals ``out`` (f, 3); others are those through which one leaves the part there, or that
+    the place at the depth touches. Places are ``middle`` (p, 2) in mean planes.
     """
     hidden, centre = np.zeros(len(i), dtype=bool), one.mean(axis=1)
     reach = norm(one - centre[:, None]).max(axis=1)
@@ -161,14 +161,20 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
     x = centre[mine] + np.einsum("pa,pax->px", middle[deep], _axes(one[mine]))
     # Those that may touch the sphere around the way to the depth.
     p, f = within_reach(centre, x - depth[:, None] / 2 * out[mine], reach.max() + depth / 2)
-    beyond = np.vecdot(out[mine[p]], out[f]) < -ROUND_OFF
-    p, f = p[beyond], f[beyond]
-    ahead = -out[mine[p]]
+    ahead, deepest = -out[mine[p]], x[p] - depth[p, None] * out[mine[p]]
+    near = np.abs(np.vecdot(deepest - centre[f], out[f])) < TOUCHES * depth[p]
+    hidden[deep[p[near][_over(one[f[near]], deepest[near])]]] = True
+    beyond = np.vecdot(ahead, out[f]) > ROUND_OFF
+    p, f, ahead = p[beyond], f[beyond], ahead[beyond]
     far = np.vecdot(centre[f] - x[p], out[f]) / np.vecdot(ahead, out[f])
-    place = seen(one[f], (x[p] + far[:, None] * ahead)[:, None])
-    met = (far > 0) & (far < depth[p]) & inside(place, seen(one[f], one[f]))[:, 0]
+    met = (far > 0) & (far < depth[p]) & _over(one[f], x[p] + far[:, None] * ahead)
     hidden[deep[p[met]]] = True
     return hidden
+
+
+def _over(faces: Floats, x: Floats) -> Bools:
+    """Whether x (p, 3) are over or beneath the faces (p, k, 3), each its own."""
+    return inside(seen(faces, x[:, None]), seen(faces, faces))[:, 0]
 
 
 def _placed(corners: Floats, points: Floats) -> Floats:
