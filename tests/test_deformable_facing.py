@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from bipot import DeformableTool, Geometry, Prescribed, Scene, Support, block, together
+from bipot import DeformableTool, Geometry, Prescribed, Scene, Support, block, brick, together
+from bipot.tools.facing import Sides
 from bipot.tools.passing import crossed
 from bipot.tools.pieces import pieces
 from bipot.tools.polygons import polygons
@@ -55,6 +57,20 @@ def test_a_place_that_touches_the_other_side_of_a_corner_is_not_deep_in_this_one
     for found in (pieces(corners, one, other, False), polygons(wide(one), wide(other))):
         assert np.unique(found.one).tolist() == [1, 2]
         assert found.lowest.min() > -0.03
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_side_that_turns_by_60_degrees_has_one_point_there_however_it_lies(dimension):
+    """Round-off decided: a wedge in a groove bore another force in other units, and in a mirror."""
+    mesh = block(2.0, 1.0, 2, 1) if dimension == 2 else brick(2.0, 1.0, 1.0, 2, 1, 1)
+    x = mesh.nodes.copy()
+    x[:, -1] -= np.abs(x[:, 0] - 1.0) / np.sqrt(3.0)
+    top = mesh.around("top")
+    for turn in np.linspace(0.0, 1.0, 20):
+        c, s = np.cos(turn), np.sin(turn)
+        turned = x.copy()
+        turned[:, [0, -1]] = x[:, [0, -1]] @ np.array([[c, s], [-s, c]])
+        assert len(Sides.of(turned, top, top).node) == 3 * 2 ** (dimension - 2)
 
 
 def test_sides_that_are_deep_in_each_other_at_rest_are_refused():

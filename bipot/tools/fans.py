@@ -11,8 +11,11 @@ import scipy.sparse as sp
 
 from bipot.typing import Floats, Ints
 
-CREASE = 0.5
-"""Cosine of the largest angle, 60 degrees, by which a facet may turn from its neighbour and share a point with it."""
+CREASE = 0.5 - 1e-9
+"""Cosine of the largest angle by which a facet may turn from its neighbour and share a point with it.
+
+It is 60 degrees, which wedges and hexagons have, and the round-off of places.
+"""
 
 
 def fans(node: Ints, one: Ints, other: Ints, cosine: Floats) -> tuple[Ints, Ints]:
