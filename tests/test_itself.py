@@ -14,6 +14,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
+from bipot.meshes.together import together
 from bipot.scene.itself import Itself
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
@@ -136,3 +137,23 @@ def test_a_body_that_is_in_itself_at_rest_is_refused():
     supports = (Support("base", 0), Support("base", 1))
     with pytest.raises(SceneError, match=r"mesh = 'node \d+ is in element \d+': must be a body no part of which"):
         Scene(folded, Geometry.PLANE_STRAIN, STEEL, supports)
+
+
+@pytest.mark.parametrize("element", [Element.Q8, Element.T6, Element.H20])
+def test_a_thin_ring_in_another_is_not_in_it(element):
+    """The means of the nodes of elements that are thinner than their arcs are high were outside these elements."""
+
+    def ring(radius: float, count: int) -> Mesh:
+        flat = element.dimension == 2
+        mesh = (
+            block(0.03, 1.0, 1, count, element=element) if flat else brick(0.03, 1.0, 0.5, 1, count, 1, element=element)
+        )
+        r, turn = radius + mesh.nodes[:, 0], np.pi / 2 * mesh.nodes[:, 1]
+        x = np.column_stack([r * np.cos(turn), r * np.sin(turn), mesh.nodes[:, 2:]])
+        return replace(mesh, nodes=x)
+
+    mesh = together({"in": ring(0.97, 3), "out": ring(1.0, 5)})
+    touching = mesh.boundary_nodes("in/right", "out/left")
+    Itself.of(mesh, (), touching).require_apart()
+    moved = mesh.nodes * np.where(mesh.part == mesh.part[0], 1.05, 1.0)[:, None]
+    assert Itself.of(mesh, (), touching).through(moved) is not None

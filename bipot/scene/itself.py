@@ -32,7 +32,8 @@ DRIFT = 1e-12
 """Relative drift by round-off, over some thousand increments, of nodes off the plane in which they are held."""
 
 BENEATH = 1e-3
-"""Fraction of the way from a node to the middle of its element."""
+"""Fraction of the way from a node to the middle of its element, on the reference shape: of thin curved elements the
+mean of all nodes may be outside."""
 
 FACING = 0.25
 """The same on the sides of deformable tools, where the law is posed in means and nodes may be in the other side."""
@@ -61,7 +62,8 @@ class Itself:
 
     The keys list a node's elements and their neighbours across facets: the key of surface[i] and element e is i times
     the number of elements, plus e. ``mirrors`` are planes beyond which the body continues, and ``beside`` (m,), 1 or
-    -1, the side of each on which the modelled part is. ``beneath`` (s, 1) is as :data:`BENEATH`.
+    -1, the side of each on which the modelled part is. The places beneath the surface are means of the nodes of their
+    elements, with weights ``beneath`` (s, k); those that are ``met`` (s,) are beneath sides of deformable tools.
     """
 
     mesh: Mesh
@@ -71,6 +73,7 @@ class Itself:
     mirrors: Sequence[Mirror]
     beside: Floats
     beneath: Floats
+    met: Bools
 
     @staticmethod
     def of(mesh: Mesh, mirrors: Sequence[Mirror], facing: Ints | None = None) -> Itself:
@@ -91,16 +94,16 @@ class Itself:
         side = np.array([np.sign(plane.side(mesh.nodes).sum()) for plane in mirrors])
         keys = np.sort(near.row.astype(np.intp) * count + near.col)
         met = np.isin(surface, np.empty(0) if facing is None else facing)
-        beneath = np.where(met, FACING, BENEATH)[:, None]
-        return Itself(mesh, surface, first[surface] // width, keys, mirrors, side, beneath)
+        deep, shallow = (_beneath(mesh.element, depth)[first[surface] % width] for depth in (FACING, BENEATH))
+        beneath = np.where(met[:, None], deep, shallow)
+        return Itself(mesh, surface, first[surface] // width, keys, mirrors, side, beneath, met)
 
     def require_apart(self) -> None:
         """Refuse a body that penetrates itself at rest, or has two surface nodes at one place."""
         x, tolerance = self.mesh.nodes[self.surface], PLANAR * self.mesh.size
         along = x @ GENERIC[: x.shape[1]]
         one, other = _within(along, along - tolerance, along + tolerance)
-        met = self.beneath[:, 0] == FACING
-        same = (one < other) & (norm(x[one] - x[other]) <= tolerance) & ~(met[one] & met[other])
+        same = (one < other) & (norm(x[one] - x[other]) <= tolerance) & ~(self.met[one] & self.met[other])
         same = np.flatnonzero(same)[:1]
         twice = self.surface[np.append(one[same], other[same])].tolist() if same.size else None
         what = "different places on the surface: merge them, or open a crack between them, whose faces know no contact"
@@ -118,8 +121,7 @@ class Itself:
                 node = self.surface[np.argmax(past)]
                 words = f"node {node} is {past.max():.2g} past {plane.words}, in the body's own mirror image"
                 return Through(words, int(node), None)
-        x = nodes[self.surface]
-        x += self.beneath * (nodes[self.mesh.elements[self.own]].mean(axis=1) - x)
+        x = (self.beneath[:, None] @ nodes[self.mesh.elements[self.own]])[:, 0]
         number, element = self._boxed(nodes, x)
         if not number.size:
             return None
@@ -147,6 +149,12 @@ class Itself:
     def _by_corner(self) -> Ints:
         """The mesh's elements (k, e), node by node, so that minima over nodes are taken of whole vectors."""
         return np.ascontiguousarray(self.mesh.elements.T)
+
+
+def _beneath(element: Element, depth: float) -> Floats:
+    """Shape functions (k, k) at places at a ``depth`` as of :data:`BENEATH` beneath each node."""
+    places = element.every_place
+    return tabulated_at(element, places + depth * (element.places.mean(axis=0) - places)).values
 
 
 def _within(values: Floats, low: Floats, high: Floats) -> tuple[Ints, Ints]:
