@@ -36,8 +36,8 @@ rubs, with a the gap that opens, or that closes while a point slips, and du_0 th
 the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). At a deformable tool v is how the two sides go
 to each other, du_0 that of parts that their own supports carry. Where curved tools come to points, slips begin where
 they touch (:mod:`bipot.tools.meeting`): no gap is left to close. A point may come before a deformable tool, or leave
-it, by sliding past an end (:func:`passing`). It has slipped in touch then, in the means of where it faces the tool, and
-what a rounded end is farther off is no air.
+it, by sliding past an end (:attr:`Passage.past_ends`). It has slipped in touch then, in the means of where it faces the
+tool, and what a rounded end is farther off is no air.
 
 The ``start`` is the accepted state; an increment of BDF2 is solved from another one, with the flow carried on.
 
@@ -54,6 +54,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
@@ -68,7 +69,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, vdot
+from bipot.typing import Bools, Floats, times, vdot
 
 
 class Rule(Enum):
@@ -99,84 +100,175 @@ class Energies:
 
     def after(self, start: State, end: State, solved: Solved, rule: Rule = Rule.TRAPEZOIDAL) -> Energies:
         """Add the increment from ``start`` to ``end``, solved by ``solved``."""
-        increment = solved.iterate.increment
-        system = increment.system
-        theta, kin, scene = rule.value, solved.response.kinematics, system.body.scene
+        theta, kin, scene = rule.value, solved.response.kinematics, solved.iterate.increment.system.body.scene
         before, plastic_before = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = scene.materials.elasticity.strain(end.stress - before)
-        r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
-        slip, by_sliding = passing(start, solved.iterate, solved.r)
-        against = np.vecdot(r[:, 1:], slip)
-        touching = np.maximum(in_touch(start, solved.iterate, solved.r), by_sliding)
-        in_air = float((1 - touching) @ against)
-        corrected = in_air + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching, slip)
-        load = (1 - theta) * start_loads(start, increment) + theta * solved.iterate.nodal_load
-        loads = vdot(load, end.du) + _driven(start, solved, theta)
+        passage = Passage(start, solved.iterate, solved.r, theta)
+        loads = vdot(passage.mean(passage.loads, solved.iterate.nodal_load), end.du)
+        corrected = float((1 - passage.touching) @ passage.against) + (1 - theta) * passage.missing_friction
         parts = {
-            "work": _tools(start, solved, r, theta) + loads + corrected,
+            "work": passage.work_of_tools + loads + passage.work_of_supports + corrected,
             "elastic": vdot(S, elastic),
             "plastic": vdot(S, end.plastic_strain - plastic_before),
-            "friction": corrected - float(against.sum()),
+            "friction": corrected - float(passage.against.sum()),
         }
         return Energies(**{name: getattr(self, name) + scene.images * part for name, part in parts.items()})
 
 
-def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
-    """Work of the tools against mean contact forces r (c, d), with the work across gaps that open or close.
+@dataclass(frozen=True)
+class Passage:
+    """The candidates' way from the accepted ``start`` of an increment to its end, an ``iterate`` with forces r (c, d).
 
-    A candidate that comes to a curved tool through the air does not move along its force at the end: its work is what
-    the body takes up and what the slip dissipates.
+    ``theta`` is the weight of the end.
     """
-    increment, motion = solved.iterate.increment, solved.iterate.motion
-    contacts = increment.system.candidates
-    pushed, travel = _pushed(start, solved, r, theta), solved.iterate.tool_travel
-    opened = motion[:, 0] - opening(start, solved.iterate, solved.r)
-    parts, du = contacts.parts, solved.response.du
-    gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
-    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], solved.iterate.slipped)
-    done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
-    closing = ~increment.tools.closed
-    return float(np.where(closing, taken, done).sum())
+
+    start: State
+    iterate: Iterate
+    r: Floats
+    theta: float
+
+    @property
+    def increment(self) -> Increment:
+        """The increment."""
+        return self.iterate.increment
+
+    def mean(self, begun: Floats, ended: Floats) -> Floats:
+        """The mean of what is at the start and at the end."""
+        return (1 - self.theta) * begun + self.theta * ended
+
+    @cached_property
+    def limit(self) -> Floats:
+        """See :func:`start_limit`."""
+        return start_limit(self.start, self.increment)
+
+    @cached_property
+    def begun(self) -> Floats:
+        """Contact forces (c, d) of the start, with friction between tool and support against the increment's slip."""
+        return rubbed(self.start.forces, lambda: self.limit, self.increment.dragged)
+
+    @cached_property
+    def ended(self) -> Floats:
+        """Contact forces (c, d) of the end, with friction between tool and support."""
+        return self.iterate.rubbed(self.r)
+
+    @cached_property
+    def loads(self) -> Floats:
+        """Nodal loads (a, d) with which the start is in equilibrium; none at rest."""
+        loads, system = self.increment.loads, self.increment.system
+        if loads.begins or loads.others is not None:
+            return loads.before
+        return system.loading.forces(system.balanced(self.start), self.start.tau)
+
+    @property
+    def work_of_tools(self) -> float:
+        """Work of the tools against the mean contact forces, with the work across gaps that open or close.
+
+        A candidate that comes to a curved tool through the air does not move along its force at the end: its work is
+        what the body takes up and what the slip dissipates.
+        """
+        iterate, tools, contacts = self.iterate, self.increment.tools, self.increment.system.candidates
+        parts, du, r = contacts.parts, iterate.response.du, self.mean(self.begun, self.ended)
+        # Vectors (w, d) whose components in frames that may turn have the mean r.
+        pushed = self.mean(self._pushed_before, contacts.vectors(self.ended, iterate.frames))
+        gone = iterate.tool_travel[contacts.tool[parts.owner]] + tools.carried(du, iterate.advance)
+        taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], iterate.slipped)
+        done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * (iterate.motion[:, 0] - self.opening)
+        return float(np.where(~tools.closed, taken, done).sum())
+
+    @cached_property
+    def _pushed_before(self) -> Floats:
+        """Vectors (w, d) of the contact forces of the start."""
+        return self.increment.system.candidates.vectors(self.begun, self.increment.tools.frames)
+
+    @property
+    def work_of_supports(self) -> float:
+        """Work of the supports on their prescribed displacements."""
+        driven, system = self.increment.tools.driven, self.increment.system
+        if not driven.any():
+            return 0.0
+        placed = system.body.space.gradients(system.balanced(self.start))
+        before = system.reactions(element_force(placed, self.start.stress), self.loads, self._pushed_before)
+        return vdot(self.mean(before, self.iterate.reactions(self.r)), driven)
+
+    @cached_property
+    def held(self) -> Bools:
+        """Candidates (c,) that bear forces at the start and at the end: they stay in touch."""
+        faces = np.isfinite(self.increment.tools.farther).all(axis=0)
+        return np.asarray(self.start.forces.any(axis=1) & self.r.any(axis=1) & faces)
+
+    @cached_property
+    def opening(self) -> Floats:
+        """Gaps (c,) of the start, from which those of points with forces at the end open."""
+        return np.where(self.held, self.start.gap, self.increment.tools.opening)
+
+    @cached_property
+    def against(self) -> Floats:
+        """r_t . du_t (c,) of the mean forces on the slips."""
+        return np.vecdot(self.mean(self.begun, self.ended)[:, 1:], self.slip)
+
+    @cached_property
+    def past_ends(self) -> tuple[Bools, Bools]:
+        """Which candidates (c,) come before a deformable tool, and which go from it, by sliding past an end."""
+        begun, ended = self.increment.tools.farther
+        come = (begun > 0) & np.isfinite(ended) & ~self.held
+        return come, np.isfinite(begun) & (ended > 0) & ~self.held & ~come
+
+    @cached_property
+    def slip(self) -> Floats:
+        """Slips (c, d - 1) to the end; of points that go past an end, that in the means of where they face the tool."""
+        system, slip, (_, gone) = self.increment.system, self.iterate.slipped, self.past_ends
+        if gone.any():
+            before = system.facing(self.start.nodes).candidates
+            tangents = before.frames_at(self.start.nodes, self.increment.tools.placed)[before.parts.first[gone], 1:]
+            moved = times(tangents, before.means.motion(self.iterate.response.du)[gone])
+            slip = slip.copy()
+            slip[gone] = np.where(system.candidates.tangent_free[gone, None], moved, 0.0)
+        return slip
+
+    @property
+    def missing_friction(self) -> float:
+        """The term g of the module docstring (energy)."""
+        limit = self.iterate.rows.limit(self.r)
+        sticks = norm(self.ended[:, 1:]) < limit - HOLDS * float(norm(self.ended).max(initial=0.0))
+        gap = self.limit * norm(self.slip) + np.vecdot(self.begun[:, 1:], self.slip)
+        return float(gap[~sticks] @ self.touching[~sticks])
+
+    @cached_property
+    def touching(self) -> Floats:
+        """The part b (c,) of slips to the end that is not in the air (module docstring).
+
+        It is one where no gap opens or closes, and where there is a force neither at the start nor at the end. Of the
+        slip of a point that comes past an end with a gap a, |u_t| / (|u_t| + a) rubs at least; if it goes, all of it.
+        """
+        contacts, tools, size = (
+            self.increment.system.candidates,
+            self.increment.tools,
+            self.increment.system.body.scene.size,
+        )
+        begun, ended, left = self.opening, self.iterate.motion[:, 0], tools.left(self.iterate.advance)
+        air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
+        aloft, out = (air > 0) & (self.start.forces.any(axis=1) | self.r.any(axis=1)), np.ones(len(air))
+        if aloft.any():
+            by = contacts.met.motion(self.iterate.response.du) - tools.taken
+            followed = contacts.parts.gathered(np.vecdot(tools.frames[:, 0], by))
+            sunk = np.minimum(ended, 0.0) - np.minimum(begun, 0.0)
+            followed = np.abs(followed - sunk)
+            out[aloft] = followed[aloft] / (followed + air)[aloft]
+        (come, gone), length = self.past_ends, norm(self.slip)
+        way = length + np.maximum(begun, 0.0)
+        rubs = np.divide(length, way, out=gone.astype(np.float64), where=come & (way > 0))
+        return np.maximum(out, rubs)
 
 
-def _pushed(start: State, solved: Solved, r: Floats, theta: float) -> Floats:
-    """Mean vectors (w, d) of the contact forces, whose components in frames that may turn have the mean r (c, d)."""
-    increment = solved.iterate.increment
-    contacts = increment.system.candidates
-    before = contacts.vectors(start_forces(start, increment), increment.tools.frames)
-    return (1 - theta) * before + theta * contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
-
-
-def _driven(start: State, solved: Solved, theta: float) -> float:
-    """Work of the supports on their prescribed displacements."""
-    increment = solved.iterate.increment
-    driven, system = increment.tools.driven, increment.system
-    if not driven.any():
-        return 0.0
-    body = system.body
-    placed = body.space.gradients(balanced_at(start, increment))
-    contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
-    before = system.reactions(element_force(placed, start.stress), start_loads(start, increment), contacts)
-    return vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven)
-
-
-def balanced_at(start: State, increment: Increment) -> Floats:
-    """The configuration (a, d) in which the start is in equilibrium."""
-    return increment.system.body.scene.balanced(start.nodes - start.du, start.du)
-
-
-def start_loads(start: State, increment: Increment) -> Floats:
-    """Nodal loads (a, d) with which the start is in equilibrium; none at rest."""
-    loads = increment.loads
-    if loads.begins or loads.others is not None:
-        return loads.before
-    return increment.system.loading.forces(balanced_at(start, increment), start.tau)
-
-
-def start_forces(start: State, increment: Increment) -> Floats:
-    """Contact forces (c, d) of the start, with friction between tool and support against the increment's slip."""
-    return rubbed(start.forces, lambda: start_limit(start, increment), increment.dragged)
+def start_limit(start: State, increment: Increment) -> Floats:
+    """Largest friction forces s_0 (c,) under the forces of the start, with the caps there; 0 where tied."""
+    rows, contacts, system = increment.rows, increment.system.candidates, increment.system
+    if contacts.capped:
+        nodes = system.balanced(start)
+        volume = system.body.space.gradients(nodes).volume
+        rows = replace(rows, cap=caps(contacts, start.peeq, volume, nodes, start.nodes, increment.tools.placed))
+    return np.where(rows.tied, 0.0, rows.limit(start.forces))
 
 
 def ended_forces(system: System, state: State) -> Floats:
@@ -189,82 +281,3 @@ def ended_forces(system: System, state: State) -> Floats:
     begun = next((kink for kink in scene.kinks if abs(kink - begun) <= ROUND_OFF), begun)
     slip = Increment(system, replace(state, tau=begun), state.tau).dragged
     return rubbed(state.forces, lambda: start_limit(state, Increment(system, state, state.tau)), slip)
-
-
-def start_limit(start: State, increment: Increment) -> Floats:
-    """Largest friction forces s_0 (c,) under the forces of the start, with the caps there; 0 where tied."""
-    rows, contacts = increment.rows, increment.system.candidates
-    if contacts.capped:
-        nodes = balanced_at(start, increment)
-        volume = increment.system.body.space.gradients(nodes).volume
-        rows = replace(rows, cap=caps(contacts, start.peeq, volume, nodes, start.nodes, increment.tools.placed))
-    return np.where(rows.tied, 0.0, rows.limit(start.forces))
-
-
-def held(start: State, iterate: Iterate, r: Floats) -> Bools:
-    """Candidates (c,) that bear forces at the start and r (c, d) at the end: they stay in touch."""
-    faces = np.isfinite(iterate.increment.tools.farther).all(axis=0)
-    return np.asarray(start.forces.any(axis=1) & r.any(axis=1) & faces)
-
-
-def opening(start: State, iterate: Iterate, r: Floats) -> Floats:
-    """Gaps (c,) of the start, from which those of points with forces r (c, d) open to the end."""
-    return np.where(held(start, iterate, r), start.gap, iterate.increment.tools.opening)
-
-
-def passing(start: State, iterate: Iterate, r: Floats) -> tuple[Floats, Floats]:
-    """Slips (c, d - 1), and the part (c,) that rubs of those by which points come before deformable tools, or go.
-
-    Of a point that faces it, beside a rounded end, at one end of the increment alone the slip is that in the means
-    there. One that comes with a gap a rubs by |u_t| / (|u_t| + a) of its slip, one that goes by all of it. The part is
-    zero of other points.
-    """
-    increment, slip = iterate.increment, iterate.slipped
-    part = np.zeros(len(slip))
-    if not increment.system.candidates.deformable:
-        return slip, part
-    contacts, (begun, ended), stays = increment.system.candidates, increment.tools.farther, held(start, iterate, r)
-    come = (begun > 0) & np.isfinite(ended) & ~stays
-    gone = np.isfinite(begun) & (ended > 0) & ~stays & ~come
-    if gone.any():
-        before = increment.system.facing(start.nodes).candidates
-        tangents = before.frames_at(start.nodes, increment.tools.placed)[before.parts.first[gone], 1:]
-        moved = before.means.motion(iterate.response.du)[gone]
-        slip = slip.copy()
-        slip[gone] = np.where(contacts.tangent_free[gone, None], (tangents @ moved[..., None])[..., 0], 0.0)
-    length = norm(slip)
-    way = length + np.maximum(opening(start, iterate, r), 0.0)
-    np.divide(length, way, out=part, where=come & (way > 0))
-    part[gone] = 1.0
-    return slip, part
-
-
-def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats, slip: Floats) -> float:
-    """The term g of the module docstring (energy), for the ``slip`` (c, d - 1) to the end, with forces r (c, d) there.
-
-    Of the slip the part b, ``touching`` (c,), rubs (:func:`in_touch`).
-    """
-    increment, ended = iterate.increment, iterate.rubbed(r)
-    begun = start_forces(start, increment)
-    sticks = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
-    gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
-    return float(gap[~sticks] @ touching[~sticks])
-
-
-def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
-    """The part b (c,) of slips to the end, with forces r (c, d), that is not in the air (module docstring).
-
-    It is one where no gap opens or closes, and where there is a force neither at the start nor at the end.
-    """
-    contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.size
-    begun, ended = opening(start, iterate, r), iterate.motion[:, 0]
-    left = iterate.increment.tools.left(iterate.advance)
-    air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
-    aloft, out = (air > 0) & (start.forces.any(axis=1) | r.any(axis=1)), np.ones(len(air))
-    if aloft.any():
-        by = contacts.met.motion(iterate.response.du) - iterate.increment.tools.taken
-        followed = contacts.parts.gathered(np.vecdot(iterate.increment.tools.frames[:, 0], by))
-        sunk = np.minimum(ended, 0.0) - np.minimum(begun, 0.0)
-        followed = np.abs(followed - sunk)
-        out[aloft] = followed[aloft] / (followed + air)[aloft]
-    return out

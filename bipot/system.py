@@ -51,6 +51,10 @@ class System:
         """The load on the unknowns (n,): ``nodal`` loads (a, d) and the driving forces of tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
 
+    def balanced(self, state: State) -> Floats:
+        """The configuration (a, d) in which an accepted state is in equilibrium."""
+        return self.body.scene.balanced(state.nodes - state.du, state.du)
+
     def carried(self, state: State) -> Floats:
         """The load on the unknowns (n,) that a state carries: its internal forces less those of its contacts.
 
@@ -58,7 +62,7 @@ class System:
             InvertedElement: an element is inverted in the configuration in which the state is in equilibrium.
         """
         body = self.body
-        placed = body.space.gradients(body.scene.balanced(state.nodes - state.du, state.du))
+        placed = body.space.gradients(self.balanced(state))
         contacts = self.facing(state.nodes).candidates
         pushed = contacts.load(state.forces, state.nodes, body.scene.placed(state.tau, state.translation))
         return body.space.vector(element_force(placed, state.stress)) - pushed

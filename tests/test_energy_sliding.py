@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bipot.energy import Energies, Rule, in_touch, start_limit
+from bipot.energy import Energies, Passage, Rule, start_limit
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
@@ -273,4 +273,4 @@ def test_what_a_penalty_lets_a_point_sink_into_its_tool_belongs_to_the_way_in_to
     depth = -landed.solved.iterate.motion[:, 0]
     assert landed.start.tau == 0
     assert (depth > 1e-5).all()
-    np.testing.assert_allclose(in_touch(landed.start, landed.solved.iterate, landed.solved.r), 0.75)
+    np.testing.assert_allclose(Passage(landed.start, landed.solved.iterate, landed.solved.r, 0.5).touching, 0.75)

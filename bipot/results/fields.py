@@ -48,7 +48,7 @@ class StoredStep:
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
-        placed = system.body.space.gradients(scene.balanced(state.nodes - state.du, state.du))
+        placed = system.body.space.gradients(system.balanced(state))
         tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
         contacts = system.facing(state.nodes).candidates
