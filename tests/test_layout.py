@@ -70,7 +70,7 @@ def test_boundaries_are_complete_and_in_order(element, counts):
         ratio = (0.2, 7.0)[1 - axis]
         assert sizes[-1] / sizes[0] == pytest.approx(ratio if count > 1 else 1.0)
         np.testing.assert_allclose(sizes[1:] / sizes[:-1], ratio ** (1 / max(count - 1, 1)))
-    assert not mesh.inner_edges(*expected).size
+    mesh.require_outer("all", *expected)
 
 
 def test_the_one_with_one_element_a_side_is_three_quadrilaterals():

@@ -1,4 +1,5 @@
-"""Facets of elements, edges in a plane and faces in space: owners, and checks that no two elements overlap there."""
+"""Facets of elements, edges in a plane and faces in space: owners, and checks that elements neither overlap there nor
+recur."""
 
 from __future__ import annotations
 
@@ -90,6 +91,18 @@ def edges_of(elements: Ints, element: Element) -> tuple[Ints, Ints]:
     sides = element.edges[:, [0, -1]]
     ends, number = np.unique(np.sort(elements[:, sides].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
     return ends, number.reshape(-1, len(sides))
+
+
+def require_elements(elements: Ints, count: int) -> None:
+    """Require that every element occurs once and has different nodes, and that every node belongs to one."""
+    ordered = np.sort(elements, axis=1)
+    twice = np.flatnonzero((np.diff(ordered, axis=1) == 0).any(axis=1))
+    require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", f"of {elements.shape[1]} different nodes")
+    _, first = np.unique(ordered, axis=0, return_index=True)
+    again = np.setdiff1d(np.arange(len(elements)), first)
+    require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
+    orphans = np.setdiff1d(np.arange(count), elements)
+    require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")
 
 
 def require_facets(facets: Facets, elements: Ints) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
-from bipot.meshes.facets import Facets, parts_of, require_facets
+from bipot.meshes.facets import Facets, parts_of, require_elements, require_facets
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
 from bipot.meshes.groups import Numbers
 from bipot.meshes.regions import marks_of, regions_of
@@ -67,7 +67,7 @@ class Mesh(EqualByNumbers):
         require_type(self.boundaries, Mapping, "mesh.boundaries")
         kinds = {element.nodes: element.name for element in elements_of(nodes.shape[1])}
         elements = _connectivity(self.elements, kinds, "mesh.elements", "element", len(nodes))
-        _require_elements(elements, len(nodes))
+        require_elements(elements, len(nodes))
         far, size = max_abs(nodes), float(np.ptp(nodes, axis=0).max())
         require_magnitude(size, "mesh.size", LARGEST_LENGTH)
         # Farther from the origin shapes and displacements are lost in round-off.
@@ -202,10 +202,16 @@ class Mesh(EqualByNumbers):
         require(len(np.unique(found)) == len(found), label, f"{one} twice", f"{what}s that differ")
         return read_only(self._facets.run(found, facets), np.intp)
 
-    def inner_edges(self, *names: str) -> Ints:
-        """Facets (f, n) of the named boundaries that lie between two elements: nothing outside can touch them."""
-        edges = self.edges(*names)
-        return edges[self._facets.shared[self._facets.find(edges)]]
+    def require_outer(self, field: str, *names: str) -> None:
+        """Refuse named boundaries, those of a ``field``, with a facet between two elements, or one that two have.
+
+        Nothing outside of the body can touch what lies between two elements.
+        """
+        edges, what = self.edges(*names), "edge" if self.dimension == 2 else "face"
+        found = self._facets.find(edges)
+        inner = edges[self._facets.shared[found]][:1].tolist()
+        require(not inner, field, names, f"{what}s of one element each; {inner} lies between two")
+        require(len(np.unique(found)) == len(found), field, names, f"boundaries without a common {what}")
 
     @cached_property
     def outline(self) -> Ints:
@@ -285,15 +291,3 @@ def _connectivity(given: object, widths: Mapping[int, str], field: str, what: st
     outside = array[(array < 0) | (array >= count)]
     require(not outside.size, f"{field} node index", outside[:1].tolist(), f"in [0, {count})")
     return array.astype(np.intp)
-
-
-def _require_elements(elements: Ints, count: int) -> None:
-    """Require that every element occurs once and has different nodes, and that every node belongs to one."""
-    ordered = np.sort(elements, axis=1)
-    twice = np.flatnonzero((np.diff(ordered, axis=1) == 0).any(axis=1))
-    require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", f"of {elements.shape[1]} different nodes")
-    _, first = np.unique(ordered, axis=0, return_index=True)
-    again = np.setdiff1d(np.arange(len(elements)), first)
-    require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
-    orphans = np.setdiff1d(np.arange(count), elements)
-    require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")

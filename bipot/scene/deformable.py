@@ -67,13 +67,8 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
             nodes in both boundaries, or coefficients at nodes of none; candidates in the surface at rest, or sides that
             are deep in each other beside their means.
     """
-    what = "edge" if mesh.dimension == 2 else "face"
-    for name, names in (("surface", tool.surface), ("candidates", tool.candidates)):
-        inner = mesh.inner_edges(*names)[:1].tolist()
-        require(not inner, f"{label}.{name}", names, f"on the surface of the body: {inner} is inside it")
-        facets = np.sort(mesh.edges(*names), axis=1)
-        twice = len(np.unique(facets, axis=0)) < len(facets)
-        require(not twice, f"{label}.{name}", names, f"boundaries without a common {what}")
+    mesh.require_outer(f"{label}.surface", *tool.surface)
+    mesh.require_outer(f"{label}.candidates", *tool.candidates)
     node = mesh.boundary_nodes(*tool.candidates)
     both = np.intersect1d(node, mesh.boundary_nodes(*tool.surface))[:1].tolist()
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")

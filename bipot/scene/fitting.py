@@ -63,7 +63,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     """
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
-    _require_surface(body.mesh, tool, label)
+    body.mesh.require_outer(f"{label}.candidates", *names)
     d = body.mesh.dimension
     require_components(tool.travel, d, f"{label}.travel")
     kind = "a plane, or what is Revolved or Extruded" if d == 3 else "of a plane"
@@ -86,16 +86,6 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
         require(not body.geometry.reduction.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
     _require_driven(body, tool, x, label)
     require_coefficients(body, tool, label)
-
-
-def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Require candidates that are edges (in space faces) of one element each, none of them twice."""
-    names, edges = tool.candidates, mesh.edges(*tool.candidates)
-    what = "edge" if mesh.dimension == 2 else "face"
-    inner = mesh.inner_edges(*names)[:1].tolist()
-    require(not inner, f"{label}.candidates", names, f"{what}s of one element each; {inner} lies between two")
-    twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
-    require(not twice, f"{label}.candidates", names, f"boundaries without a common {what}")
 
 
 def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:

@@ -82,7 +82,7 @@ class Traction:
     def check(self, mesh: Mesh) -> None:
         """Require as many components as there are axes, and a boundary on the mesh's surface."""
         require_components(self.vector, mesh.dimension, "traction.vector")
-        _surface(self.boundary, mesh, "traction.boundary")
+        mesh.require_outer("traction.boundary", self.boundary)
 
     def forces(self, space: Space) -> Floats:
         """int N_a t dA."""
@@ -132,7 +132,7 @@ class Pressure:
 
     def check(self, mesh: Mesh) -> None:
         """Require a boundary on the mesh's surface."""
-        _surface(self.boundary, mesh, "pressure.boundary")
+        mesh.require_outer("pressure.boundary", self.boundary)
 
 
 def magnitude(load: Load) -> Vector:
@@ -194,10 +194,3 @@ def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
     components = vector(load.vector, f"{what}.vector")
     object.__setattr__(load, "vector", components)
     require_bounded(max(map(abs, components)), load.amplitude, f"{what}.vector", LARGEST_STRESS)
-
-
-def _surface(boundary: str, mesh: Mesh, label: str) -> None:
-    """Require a boundary of edges (in space faces) of one element each."""
-    inner = mesh.inner_edges(boundary)[:1].tolist()
-    what = "edges" if mesh.dimension == 2 else "faces"
-    require(not inner, label, boundary, f"{what} of one element each; {inner} lies between two")
