@@ -176,8 +176,7 @@ class Journaled(io.RawIOBase):
         held = self._dirty.get(number)
         if held is not None:
             return held
-        on_disk = b"" if self._descriptor is None else read_page(self._descriptor, number)
-        return on_disk.ljust(PAGE, b"\0")
+        return bytes(PAGE) if self._descriptor is None else read_page(self._descriptor, number)
 
 
 def creating(path: Path) -> Journaled:

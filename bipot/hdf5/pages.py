@@ -27,7 +27,7 @@ def journal_of(path: Path) -> Path:
 
 def journal_text(descriptor: int, pages: Pages) -> bytes:
     """The journal of ``pages`` that are to replace those of an open file."""
-    before = {number: zlib.crc32(read_page(descriptor, number).ljust(PAGE, b"\0")) for number in pages}
+    before = {number: zlib.crc32(read_page(descriptor, number)) for number in pages}
     records = (PLACE.pack(number, before[number]) + page for number, page in pages.items())
     body = MAGIC + COUNT.pack(len(pages)) + b"".join(records)
     return body + SUM.pack(zlib.crc32(body))
@@ -73,8 +73,7 @@ def _require_own(path: Path, pages: Sequence[tuple[int, int, bytes]]) -> None:
         for number, before, after in pages:
             if not 0 <= number < known:
                 raise _foreign(path)
-            file.seek(number * PAGE)
-            there = file.read(PAGE).ljust(PAGE, b"\0")
+            there = read_page(file.fileno(), number)
             strange += there != after and zlib.crc32(there) != before
     # One may be half written.
     if strange > 1:
@@ -87,6 +86,6 @@ def _foreign(path: Path) -> ForeignJournal:
 
 
 def read_page(descriptor: int, number: int) -> bytes:
-    """A page of an open file, shorter where that ends in it."""
+    """A page of an open file, zeros behind its end."""
     os.lseek(descriptor, number * PAGE, os.SEEK_SET)
-    return os.read(descriptor, PAGE)
+    return os.read(descriptor, PAGE).ljust(PAGE, b"\0")
