@@ -147,7 +147,7 @@ class Checked:
     ) -> NDArray[Any]:
         """A whole dataset of that kind and shape, None for any length, its values from ``least`` to ``most``."""
         dataset = self._dataset(name)
-        dataset.require(kind, shape)
+        dataset.require_form(kind, shape)
         return dataset.read(kind, 0, dataset.shape[0] if shape else 1, finite=finite, least=least, most=most)
 
     def rows(
@@ -164,7 +164,7 @@ class Checked:
     ) -> NDArray[Any]:
         """Rows from ``start`` up to ``stop``, each of ``shape``; only these are allocated."""
         dataset = self._dataset(name)
-        dataset.require(kind, (None, *shape), stop - start)
+        dataset.require_form(kind, (None, *shape), stop - start)
         length = dataset.shape[0]
         inside = 0 <= start <= stop <= length
         self.require(inside, f"{name}: number of its rows", length, f"at least {stop}")
@@ -173,7 +173,7 @@ class Checked:
     def integer(self, name: str, least: float = -inf, most: float = inf) -> int:
         """The one integer of a dataset, which has no dimensions or one of length 1, from ``least`` to ``most``."""
         dataset = self._dataset(name)
-        dataset.require(INTEGERS, () if dataset.shape == () else (1,))
+        dataset.require_form(INTEGERS, () if dataset.shape == () else (1,))
         value = dataset.read(INTEGERS, 0, 1).item()
         self.require(least <= value <= most, name, value, str(least) if least == most else f"in [{least}, {most}]")
         return value

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.hdf5.source import Source
-from bipot.hdf5.storage import contiguous, require_own, require_stored
+from bipot.hdf5.storage import Stored
 
 if TYPE_CHECKING:
     from h5py.h5a import AttrID
@@ -29,12 +29,9 @@ STANDARD = {"f": "IEEE_F", "i": "STD_I", "u": "STD_U"}
 
 
 @dataclass(frozen=True)
-class Dataset:
-    """A dataset by the ``field`` that messages name, and the shape it declares, which need not be stored."""
+class Dataset(Stored):
+    """A dataset and the shape it declares, which need not be stored."""
 
-    source: Source
-    field: str
-    id: DatasetID
     shape: tuple[int, ...]
 
     @staticmethod
@@ -46,7 +43,7 @@ class Dataset:
             raise source.refuse(f"{source.path}: {field} is no dataset")
         with source.reading(field):
             # Before the shape: asked for one, HDF5 opens the files of a virtual dataset.
-            require_own(source, field, found)
+            Stored(source, field, found).require_own()
             space = found.get_space()
             kind = space.get_simple_extent_type()
             source.require(kind != h5py.h5s.NULL, f"{field}: its shape", "null", "that of an array")
@@ -56,18 +53,18 @@ class Dataset:
     def stored(self) -> bool:
         """Whether it has a place in the file; for chunks, which only reading can tell, this is assumed."""
         with self.source.reading(self.field):
-            return not contiguous(self.id) or self.id.get_offset() is not None
+            return not self.contiguous or self.id.get_offset() is not None
 
-    def require(self, kind: str, shape: Shape, rows: int | None = None) -> None:
+    def require_form(self, kind: str, shape: Shape, rows: int | None = None) -> None:
         """Refuse another kind, another shape, and more ``rows`` (None for all) than the limit of one array allows."""
         found = self.shape
         fits = len(found) == len(shape) and all(want in (None, n) for n, want in zip(found, shape, strict=True))
         words = str(tuple("any" if n is None else n for n in shape)).replace("'", "")
-        self.source.require(fits, f"{self.field}: its shape", found, words)
+        self.require(fits, "its shape", found, words)
         with self.source.reading(self.field):
             require_kind(self.source, self.field, self.id, kind)
         held, largest = 8 * prod(found if rows is None else (rows, *found[1:])), self.source.largest
-        self.source.require(held <= largest, f"{self.field}: its bytes", held, f"at most {largest}")
+        self.require(held <= largest, "its bytes", held, f"at most {largest}")
 
     def read(
         self, kind: str, start: int, stop: int, *, finite: bool = True, least: float = -inf, most: float = inf
@@ -79,7 +76,7 @@ class Dataset:
         import h5py
 
         with self.source.reading(self.field):
-            require_stored(self.source, self.field, self.id, start, stop)
+            self.require_stored(start, stop)
             whole = h5py.Dataset(self.id)
             found = np.asarray(whole[start:stop] if self.shape else whole[()])
         target = np.float64 if "f" in kind else np.int64

@@ -29,64 +29,118 @@ LEAST_ROOM = 64
 """Bytes by which a stored chunk may exceed the decoded one, because noise cannot be compressed."""
 
 
-def require_own(source: Source, field: str, dataset: DatasetID) -> None:
-    """Refuse a dataset whose numbers are another file's."""
-    import h5py
+@dataclass(frozen=True)
+class Stored:
+    """A dataset as it is stored, by the ``field`` that messages name."""
 
-    plist = dataset.get_create_plist()
-    layout = plist.get_layout()
-    names = {h5py.h5d.COMPACT: "compact", h5py.h5d.CONTIGUOUS: "contiguous", h5py.h5d.CHUNKED: "chunked"}
-    told = "virtual" if layout == h5py.h5d.VIRTUAL else names.get(layout, layout)
-    source.require(layout in names, f"{field}: its layout", told, "compact, contiguous or chunked")
-    external = plist.get_external_count()
-    source.require(external == 0, f"{field}: number of its external files", external, "0")
+    source: Source
+    field: str
+    id: DatasetID
 
+    def require(self, condition: bool, what: str, value: object, allowed: str) -> None:
+        """Refuse the file by ``what`` it says of the dataset, the value and what is allowed, unless ``condition``."""
+        self.source.require(condition, f"{self.field}: {what}", value, allowed)
 
-def contiguous(dataset: DatasetID) -> bool:
-    """Whether its numbers lie in one piece."""
-    import h5py
+    @property
+    def contiguous(self) -> bool:
+        """Whether its numbers lie in one piece."""
+        import h5py
 
-    return dataset.get_create_plist().get_layout() == h5py.h5d.CONTIGUOUS
+        return self.id.get_create_plist().get_layout() == h5py.h5d.CONTIGUOUS
 
+    def require_own(self) -> None:
+        """Refuse numbers that are another file's."""
+        import h5py
 
-def require_stored(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
-    """Refuse a dataset whose rows from ``start`` up to ``stop`` are not in the file, whole and of their declared size.
+        plist = self.id.get_create_plist()
+        layout = plist.get_layout()
+        names = {h5py.h5d.COMPACT: "compact", h5py.h5d.CONTIGUOUS: "contiguous", h5py.h5d.CHUNKED: "chunked"}
+        told = "virtual" if layout == h5py.h5d.VIRTUAL else names.get(layout, layout)
+        self.require(layout in names, "its layout", told, "compact, contiguous or chunked")
+        external = plist.get_external_count()
+        self.require(external == 0, "number of its external files", external, "0")
 
-    A dataset without dimensions is one row.
-    """
-    import h5py
+    def require_stored(self, start: int, stop: int) -> None:
+        """Refuse rows from ``start`` up to ``stop`` that are not in the file, whole and of their declared size.
 
-    if contiguous(dataset):
-        _require_contiguous(source, field, dataset)
-    if dataset.get_create_plist().get_layout() == h5py.h5d.CHUNKED:
-        _require_chunks(source, field, dataset, start, stop)
+        A dataset without dimensions is one row.
+        """
+        import h5py
 
+        if self.contiguous:
+            self._require_contiguous()
+        if self.id.get_create_plist().get_layout() == h5py.h5d.CHUNKED:
+            self._require_chunks(start, stop)
 
-def _require_contiguous(source: Source, field: str, dataset: DatasetID) -> None:
-    declared = prod(dataset.shape) * dataset.dtype.itemsize
-    if declared:
-        offset = dataset.get_offset()
-        stored = 0 if offset is None else min(dataset.get_storage_size(), source.size - offset)
-        source.require(stored >= declared, f"{field}: its stored bytes", stored, f"{declared}, as declared")
+    def _require_contiguous(self) -> None:
+        declared = prod(self.id.shape) * self.id.dtype.itemsize
+        if declared:
+            offset = self.id.get_offset()
+            stored = 0 if offset is None else min(self.id.get_storage_size(), self.source.size - offset)
+            self.require(stored >= declared, "its stored bytes", stored, f"{declared}, as declared")
 
+    def _require_chunks(self, start: int, stop: int) -> None:
+        """Refuse rows whose chunks are not there, or not of the declared size once decoded.
 
-def _require_chunks(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
-    """Refuse rows whose chunks are not there, or not of the declared size once decoded.
+        Several chunks may share one place, so that few bytes declare many: in total they must not exceed the file.
+        """
+        shape, chunk = self.id.shape, self.id.get_create_plist().get_chunk()
+        decoded = prod(chunk) * self.id.dtype.itemsize
+        self.require(0 < decoded <= LARGEST_CHUNK, "bytes of a chunk", decoded, f"in [1, {LARGEST_CHUNK}]")
+        filters = self._filters()
+        first = start // chunk[0] * chunk[0]
+        counts = [-(-n // c) for n, c in zip((max(stop - first, 0), *shape[1:]), chunk, strict=True)]
+        if start < stop and prod(counts):
+            grid = _Grid(first, tuple(chunk), tuple(counts))
+            if filters:
+                self._require_decoded(grid, decoded, filters)
+            else:
+                self._require_listed(grid, decoded)
 
-    Several chunks may share one place, so that few bytes declare many: in total they must not exceed the file.
-    """
-    shape, chunk = dataset.shape, dataset.get_create_plist().get_chunk()
-    decoded = prod(chunk) * dataset.dtype.itemsize
-    source.require(0 < decoded <= LARGEST_CHUNK, f"{field}: bytes of a chunk", decoded, f"in [1, {LARGEST_CHUNK}]")
-    filters = _filters(source, field, dataset)
-    first = start // chunk[0] * chunk[0]
-    counts = [-(-n // c) for n, c in zip((max(stop - first, 0), *shape[1:]), chunk, strict=True)]
-    if start < stop and prod(counts):
-        grid = _Grid(first, tuple(chunk), tuple(counts))
-        if filters:
-            _require_decoded(source, field, dataset, grid, decoded, filters)
-        else:
-            _require_listed(source, field, dataset, grid, decoded)
+    def _filters(self) -> list[int]:
+        """Codes of the filters in the order of writing."""
+        import h5py
+
+        plist, codes = self.id.get_create_plist(), []
+        known = (h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32)
+        for k in range(plist.get_nfilters()):
+            code, _, _, name = plist.get_filter(k)
+            once = code in known and code not in codes
+            self.require(once, "its filter", f"{code} {name!r}", "shuffle, deflate or fletcher32, each once")
+            codes.append(code)
+        return codes
+
+    def _require_decoded(self, grid: _Grid, decoded: int, filters: list[int]) -> None:
+        """Check filtered chunks one by one, because their index may list any number of them."""
+        room, stored = bytearray(decoded + decoded // 100 + LEAST_ROOM), 0
+        for place in grid.places():
+            # What is longer than the room is refused before it is read.
+            skipped, data = self.id.read_direct_chunk(place, out=room)
+            stored += len(data)
+            self._require_room(stored)
+            length = _decoded_length(data, skipped, filters, decoded)
+            self.require(length == decoded, f"decoded bytes of the chunk at {place}", length, f"{decoded}")
+
+    def _require_listed(self, grid: _Grid, decoded: int) -> None:
+        """Check unfiltered chunks: HDF5 reads as many bytes as their index says into the buffer of one chunk."""
+        wanted, listed, found = prod(grid.counts), 0, set()
+        self._require_room(wanted * decoded)
+
+        def take(chunk: StoreInfo) -> bool | None:
+            nonlocal listed
+            listed += 1
+            if chunk.size == decoded and chunk.chunk_offset in grid:
+                found.add(chunk.chunk_offset)
+            # An index that leads to one place again and again would be listed without end.
+            return True if len(found) == wanted or listed > self.source.size else None
+
+        self.id.chunk_iter(take)
+        whole = f"{wanted} of {decoded} bytes each, as declared"
+        self.require(len(found) == wanted, "number of its stored chunks", len(found), whole)
+
+    def _require_room(self, stored: int) -> None:
+        """Refuse chunks of more ``stored`` bytes than the file has."""
+        self.require(stored <= self.source.size, "bytes of its chunks", stored, f"at most {self.source.size}")
 
 
 @dataclass(frozen=True)
@@ -108,53 +162,6 @@ class _Grid:
         steps = (place[0] - self.first, *place[1:])
         each = zip(steps, self.chunk, self.counts, strict=True)
         return all(not step % size and 0 <= step < size * count for step, size, count in each)
-
-
-def _require_decoded(
-    source: Source, field: str, dataset: DatasetID, grid: _Grid, decoded: int, filters: list[int]
-) -> None:
-    """Check filtered chunks one by one, because their index may list any number of them."""
-    room, stored = bytearray(decoded + decoded // 100 + LEAST_ROOM), 0
-    for place in grid.places():
-        # What is longer than the room is refused before it is read.
-        skipped, data = dataset.read_direct_chunk(place, out=room)
-        stored += len(data)
-        source.require(stored <= source.size, f"{field}: bytes of its chunks", stored, f"at most {source.size}")
-        length = _decoded_length(data, skipped, filters, decoded)
-        source.require(length == decoded, f"{field}: decoded bytes of the chunk at {place}", length, f"{decoded}")
-
-
-def _require_listed(source: Source, field: str, dataset: DatasetID, grid: _Grid, decoded: int) -> None:
-    """Check unfiltered chunks: HDF5 reads as many bytes as their index says into the buffer of one chunk."""
-    wanted, listed, found = prod(grid.counts), 0, set()
-    stored = wanted * decoded
-    source.require(stored <= source.size, f"{field}: bytes of its chunks", stored, f"at most {source.size}")
-
-    def take(chunk: StoreInfo) -> bool | None:
-        nonlocal listed
-        listed += 1
-        if chunk.size == decoded and chunk.chunk_offset in grid:
-            found.add(chunk.chunk_offset)
-        # An index that leads to one place again and again would be listed without end.
-        return True if len(found) == wanted or listed > source.size else None
-
-    dataset.chunk_iter(take)
-    whole = f"{wanted} of {decoded} bytes each, as declared"
-    source.require(len(found) == wanted, f"{field}: number of its stored chunks", len(found), whole)
-
-
-def _filters(source: Source, field: str, dataset: DatasetID) -> list[int]:
-    """Codes of the filters in the order of writing."""
-    import h5py
-
-    plist, codes = dataset.get_create_plist(), []
-    known = (h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32)
-    for k in range(plist.get_nfilters()):
-        code, _, _, name = plist.get_filter(k)
-        once = code in known and code not in codes
-        source.require(once, f"{field}: its filter", f"{code} {name!r}", "shuffle, deflate or fletcher32, each once")
-        codes.append(code)
-    return codes
 
 
 def _decoded_length(data: memoryview, skipped: int, filters: list[int], declared: int) -> int | str:
