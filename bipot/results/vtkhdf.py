@@ -37,7 +37,7 @@ from bipot.results.fields import Averaging, StoredStep, cell_fields, in_space, p
 from bipot.results.names import FIELDS, FIXED, GROUPS
 from bipot.results.static import VERSIONS, Item, Line, as_bytes, store, write_cells, write_static
 from bipot.system import System
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:
     import h5py
@@ -170,11 +170,8 @@ class RunFile:
     def _append(self, step: StoredStep, line: str) -> None:
         number, system = self._made, self._system
         self._add("VTKHDF/Points", in_space(step.state.nodes))
-        for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():
-            self._add(f"VTKHDF/Steps/{name}", [value])
-        self._add("VTKHDF/Steps/PointOffsets", [number * self._rows["Points"]])
-        for name in ("CellOffsets", "ConnectivityIdOffsets"):
-            self._add(f"VTKHDF/Steps/{name}", [[0]])
+        for name, rows in _moving(np.array([step.state.tau]), self._rows["Points"], number).items():
+            self._add(f"VTKHDF/Steps/{name}", rows)
         values = together(step.state)
         averaged = point_fields(system, step, self._averaging, values)
         for group, fields in (("PointData", averaged), ("CellData", cell_fields(step, values))):
@@ -233,25 +230,35 @@ def _offsets(group: str) -> str:
     return f"VTKHDF/Steps/{group}Offsets"
 
 
+def _moving(times: Floats, points: int, first: int = 0) -> dict[str, Ints | Floats]:
+    """Rows (n, ...) of ``Steps`` by name, from the ``first`` step on: one grid of so many ``points``, which move."""
+    numbers, zeros = first + np.arange(len(times)), np.zeros(len(times), dtype=int)
+    return {
+        "Values": times,
+        "NumberOfParts": zeros + 1,
+        "PartOffsets": zeros,
+        "PointOffsets": numbers * points,
+        "CellOffsets": zeros[:, None],
+        "ConnectivityIdOffsets": zeros[:, None],
+    }
+
+
 def write_tools(path: Path, times: Floats, steps: Sequence[Sequence[Line]]) -> None:
     """Write the lines of the tools at all pseudo-times, as a grid that moves; raises ResultsError where that fails."""
     # h5py takes long to import, and only files need it.
     import h5py
 
-    lines, count = steps[0], len(times)
+    lines = steps[0]
     lengths = [len(line.points) for line in lines]
-    points, rows = sum(lengths), np.arange(count)
+    points = sum(lengths)
     memory = io.BytesIO()
     with h5py.File(memory, "w", libver=VERSIONS) as out:
         vtk = write_cells(out, points, np.arange(points), np.cumsum([0, *lengths]), POLY_LINE)
         store(vtk, "Points", in_space(np.concatenate([line.points for step in steps for line in step])))
         store(vtk, "CellData/tool", [line.tool for line in lines])
-        store(vtk, "Steps/Values", times)
-        store(vtk, "Steps/NumberOfParts", np.ones(count, dtype=int))
-        store(vtk, "Steps/PartOffsets", 0 * rows)
-        store(vtk, "Steps/PointOffsets", points * rows)
-        for name in ("CellOffsets", "ConnectivityIdOffsets"):
-            store(vtk, f"Steps/{name}", np.zeros((count, 1), dtype=int))
-        store(vtk, "Steps/CellDataOffsets/tool", 0 * rows)
-        vtk["Steps"].attrs["NSteps"] = count
+        for name, rows in _moving(times, points).items():
+            store(vtk, f"Steps/{name}", rows)
+        # Those of all steps are the first rows.
+        store(vtk, "Steps/CellDataOffsets/tool", np.zeros(len(times), dtype=int))
+        vtk["Steps"].attrs["NSteps"] = len(times)
     replace(path, memory.getvalue(), ResultsError)
