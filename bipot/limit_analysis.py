@@ -9,6 +9,7 @@ body, but its proof may not close them, because they would then hold it.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -38,6 +39,10 @@ HARDENS = 1e-6
 
 CANCELLED = 1e-12
 """Sum of the loads over the largest of them, below which they cancel each other up to round-off."""
+
+
+Find = Callable[[Increment, Floats, ContactRows], Mechanism]
+"""Finds a mechanism of an increment's body under a load (n,), with these contacts; raises ProgramError."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +88,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         touches = bool(touching[system.candidates.tool == k].any())
         require(touches, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
     rows = increment.unmoved.rows.take(touching)
-    found = _slides(increment, load, rows) or _program(increment, load, rows).mechanism()
+    # Plastic flow would give the limit load of what slides, zero, to few digits.
+    found = _first_proof((_slid,), increment, load, rows) or _program(increment, load, rows).mechanism()
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -107,7 +113,12 @@ def collapse(increment: Increment) -> Mechanism | None:
     # slips.
     holding = near | ~np.isin(tool, tool[near])
     rows = replace(rows, mu=np.where(holding, rows.mu, 0.0))
-    for find in (partial(_lifted, holding), _slid, _flown):
+    return _first_proof((partial(_lifted, holding), _slid, _flown), increment, load, rows)
+
+
+def _first_proof(finds: Iterable[Find], increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
+    """The first mechanism found that holds, None if none does."""
+    for find in finds:
         try:
             found = find(increment, load, rows)
         except ProgramError:
@@ -131,15 +142,6 @@ def _lifted(holding: Bools, increment: Increment, load: Floats, rows: ContactRow
 def _slid(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:
     """A mechanism without strain, in which contacts may slip."""
     return sliding(load, rows, increment.system.strainless_at(increment.start.nodes))
-
-
-def _slides(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism | None:
-    """The mechanism of :func:`_slid` if it holds; plastic flow would give its limit load of zero to few digits."""
-    try:
-        found = _slid(increment, load, rows)
-    except ProgramError:
-        return None
-    return found if found.holds else None
 
 
 def _flown(increment: Increment, load: Floats, rows: ContactRows) -> Mechanism:

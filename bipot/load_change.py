@@ -37,9 +37,7 @@ class LoadChange:
         """
         if self.start.tau > 0:
             return False
-        carried = self.system.carried(self.start)
-        given = self.system.load(self._at_start, self.start.tau)
-        return max_abs(carried) <= max_abs(carried - given)
+        return max_abs(self._carried) <= max_abs(self._carried - self._given)
 
     @cached_property
     def before(self) -> Floats:
@@ -56,12 +54,21 @@ class LoadChange:
         """
         if self.start.tau > 0 or not self.start.stress.any():
             return None
-        carried, space = self.system.carried(self.start), self.system.body.space
-        given = self.system.load(self._at_start, self.start.tau)
+        carried, space = self._carried, self.system.body.space
         forces = element_force(space.gradients(self.start.nodes), self.start.stress)
-        scale = space.force_scale(forces, space.spread(given))
-        off = min(max_abs(carried), max_abs(carried - given))
+        scale = space.force_scale(forces, space.spread(self._given))
+        off = min(max_abs(carried), max_abs(carried - self._given))
         return carried if off > BALANCED * scale else None
+
+    @cached_property
+    def _carried(self) -> Floats:
+        """The load on the unknowns (n,) that the start carries."""
+        return self.system.carried(self.start)
+
+    @cached_property
+    def _given(self) -> Floats:
+        """The load on the unknowns (n,) at the pseudo-time of the start."""
+        return self.system.load(self._at_start, self.start.tau)
 
     @cached_property
     def _at_start(self) -> Floats:
@@ -80,7 +87,7 @@ class LoadChange:
         ahead = self.system.load(self.ahead, self.tau)
         if self.others is not None:
             return ahead - self.others
-        return ahead if self.begins else ahead - self.system.load(self.before, self.start.tau)
+        return ahead if self.begins else ahead - self._given
 
     @cached_property
     def changes(self) -> bool:
