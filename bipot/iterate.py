@@ -189,8 +189,8 @@ class Iterate:
     @property
     def _caps(self) -> Floats:
         """The largest friction force (c,) of each candidate by the shear yield stress, inf where none is asked."""
-        peeq, volume = self.response.state.peeq + self.response.returned.dpeeq, self.response.kinematics.volume
-        return caps(self.increment.system.candidates, peeq, volume, self.balanced, self.nodes, self.placed)
+        contacts, volume = self.increment.system.candidates, self.response.kinematics.volume
+        return caps(contacts, self.response.peeq, volume, self.balanced, self.nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:

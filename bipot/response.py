@@ -56,6 +56,11 @@ class Response:
     element_forces: Floats
     internal: Floats
 
+    @property
+    def peeq(self) -> Floats:
+        """Equivalent plastic strain (e, q) at the end."""
+        return self.state.peeq + self.returned.dpeeq
+
 
 @dataclass(frozen=True)
 class Rigidity:
@@ -184,7 +189,7 @@ class Body:
         volumetric = self.space.operator((identity(mandel) @ kin.B).reshape(points, 1, -1))
         deviatoric = self.space.operator((basis @ kin.B).reshape(points, len(basis), -1))
         strain = kin.strain.reshape(points, -1)
-        peeq = (state.peeq + response.returned.dpeeq).ravel()
+        peeq = response.peeq.ravel()
         slope = material.slope(peeq)
         rotated = response.rotated.reshape(points, -1)
         return PlasticModel(
@@ -210,7 +215,7 @@ class Body:
             stress=returned.stress.reshape(points),
             plastic_strain=returned.plastic_strain.reshape(points),
             elastic_stress=sigma_e.reshape(points),
-            peeq=(response.state.peeq + returned.dpeeq).ravel(),
+            peeq=response.peeq.ravel(),
             weight=kin.volume.ravel(),
             material=material,
         )
@@ -224,9 +229,8 @@ class Body:
         kin, returned = response.kinematics, response.returned
         plastic = kin.turned(response.state.plastic_strain) + returned.plastic_strain
         before = kin.turned(start.plastic_strain)
-        peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
-        flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
+        flow = Flow(flowed, np.where(returned.plastic, response.peeq - start.peeq, 0.0))
         du, translated = response.du, self.space.beside(response.x)
         # While tools go through the air, a body rests: what follows is as if it had rested before.
         moved = max_abs(du) > STILL * self.scene.mesh.size or bool(translated.any())
@@ -236,7 +240,7 @@ class Body:
             nodes=start.nodes + du,
             stress=returned.stress,
             plastic_strain=plastic,
-            peeq=peeq,
+            peeq=response.peeq,
             forces=forces,
             gap=gap,
             du=du,
