@@ -141,19 +141,23 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The measures (dimensionless except the gaps, which are energies), the gap's two parts, and their resolution."""
+    """The measures (dimensionless except the gap's two parts, which are energies), and their resolution."""
 
     equilibrium: float
     yield_violation: float
     penetration: float
     cone_violation: float
     law: float
-    gap: float
     relative_gap: float
     contact_gap: float
     material_gap: float
     resolution: Resolution = Resolution()
     tool_equilibrium: float = 0.0
+
+    @property
+    def gap(self) -> float:
+        """The sum of both parts."""
+        return self.contact_gap + self.material_gap
 
     def ratios(self, bounds: Bounds) -> dict[str, float]:
         """Each bounded measure over its bound, or over its resolution where that is larger."""
@@ -230,7 +234,6 @@ def certify(
         penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / size,
         cone_violation=_over(float(violation.max(initial=0.0)), contact.largest),
         law=_over(law, contact.present, law_blur),
-        gap=gap,
         relative_gap=max(_over(gap, energy, gap_blur), _over(material_gap, material_energy)),
         contact_gap=contact_gap,
         material_gap=material_gap,

@@ -183,7 +183,7 @@ def test_without_energy_the_gap_is_met_to_round_off_or_not_met(slip, blur, gap):
 
 
 def test_nan_is_never_within_bounds():
-    certificate = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    certificate = Certificate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert max(certificate.ratios(Bounds()).values()) == 0.0
     broken = replace(certificate, equilibrium=float("nan"))
     assert not broken.ratios(Bounds())["equilibrium"] <= 1

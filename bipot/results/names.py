@@ -46,10 +46,6 @@ class Rank(StrEnum):
     TENSOR = "symmetric tensor"
 
 
-SHAPES: Mapping[Rank, tuple[int, ...]] = {Rank.SCALAR: (), Rank.VECTOR: (3,), Rank.TENSOR: (6,)}
-"""Shapes of a value at a node or an element, as in VTK."""
-
-
 @dataclass(frozen=True)
 class Field:
     """A field: ``finite`` if it is so at all its places, ``kind`` its type (NumPy's letter)."""
@@ -62,8 +58,8 @@ class Field:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of a value at a node or an element."""
-        return SHAPES[self.rank]
+        """Shape of a value at a node or an element, as in VTK."""
+        return {Rank.SCALAR: (), Rank.VECTOR: (3,), Rank.TENSOR: (6,)}[self.rank]
 
 
 STRESSES: Mapping[str, Field] = {
