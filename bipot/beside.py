@@ -42,11 +42,8 @@ of a change, or of as much as that, by which what sides face changes otherwise o
 
 
 class Tangent(NamedTuple):
-    """An accepted increment: its unknowns, forces and matrix, and the ``fraction`` (e, q) of the flow carried on."""
+    """An accepted increment: its answer ``here``, its matrix, and the ``fraction`` (e, q) of the flow carried on."""
 
-    tau: float
-    x: Floats
-    r: Floats
     law: Law
     here: Point
     linearised: Linearised[Pieces]
@@ -67,7 +64,7 @@ class Tangent(NamedTuple):
         element = iterate.tangent(r, setup.scratch)
         linearised = factorised(here, element, law.frames_at(iterate), setup, DEFAULT)
         fraction = _carried(iterate, accepted.start)
-        return Tangent(iterate.increment.tau, iterate.x, r, law, here, linearised, fraction, setup)
+        return Tangent(law, here, linearised, fraction, setup)
 
     def at(self, other: Iterate) -> tuple[Tangent, bool]:
         """That of an ``other`` scene's iterate, and whether its contacts act on unknowns by the same rows.
@@ -79,8 +76,8 @@ class Tangent(NamedTuple):
             return self, True
         frames = Frames.of(other.rows, self.setup.pattern)
         law = replace(self.law, frames=frames)
-        here = law.at(other, self.r, self.here.pieces)
-        matrix = factorised(here, other.tangent(self.r, self.setup.scratch), frames, self.setup, DEFAULT)
+        here = law.at(other, self.here.r, self.here.pieces)
+        matrix = factorised(here, other.tangent(self.here.r, self.setup.scratch), frames, self.setup, DEFAULT)
         return self._replace(law=law, linearised=matrix), set(row.tolist()) == set(its.tolist())
 
 
@@ -157,10 +154,11 @@ class Beside:
 
     def follow(self, tangent: Tangent) -> None:
         """Make the increment, by steps of Newton's method from the accepted answer, with its matrix."""
-        start, body = self.state, self.system.body
+        start, body, answer = self.state, self.system.body, tangent.here
+        tau = answer.iterate.increment.tau
         begun = start if start.flow is None else body.carried_on(start, start.flow.times(tangent.fraction))
-        around = Around(Increment(self.system, begun, tangent.tau, accepted=start), tangent)
-        end, forces, moves, smooth = around.at(tangent.x), tangent.r, list[float](), True
+        around = Around(Increment(self.system, begun, tau, accepted=start), tangent)
+        end, forces, moves, smooth = around.at(answer.iterate.x), answer.r, list[float](), True
         # Until steps are small, or no longer fall: what is left is round-off.
         while len(moves) < 2 or (len(moves) < STEPS and ENOUGH * moves[0] < moves[-1] < moves[-2] / 2):
             dx, new, stays = around.step(end, forces)
@@ -168,7 +166,7 @@ class Beside:
             moves.append(max_abs(dx))
         forces = around.at_caps(end, forces)
         self.tool_forces, self.smooth, self.left, self.end = end.tool_forces(forces), smooth, moves[-1], end
-        self.state = body.advance(start, end.response, tangent.tau, forces, end.motion[:, 0])
+        self.state = body.advance(start, end.response, tau, forces, end.motion[:, 0])
 
     def kinked(self, other: Beside) -> bool:
         """Whether forces at nodes, or gaps and slips, have a kink on the way to an ``other`` scene beside this one.
