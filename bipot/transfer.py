@@ -29,7 +29,7 @@ from bipot.marching import march
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.together import Part, parts
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed, Support
+from bipot.scene.supports import Prescribed
 from bipot.schedule import Schedule
 from bipot.state import State
 from bipot.system import System, system_of
@@ -111,7 +111,8 @@ def transferred(state: State, scene: Scene, onto: Scene, control: Control | None
 
 def _released(scene: Scene, part: Part) -> Scene:
     """The scene of a part of its body alone, without tools and loads, with supports at rest."""
-    held = tuple(_at_rest(support) for support in scene.supports if support.boundary in part.mesh.boundaries)
+    held = [support for support in scene.supports if support.boundary in part.mesh.boundaries]
+    held = tuple(replace(s, displacement=0.0) if isinstance(s, Prescribed) else s for s in held)
     regions = {name: material for name, material in scene.regions.items() if name in part.mesh.regions}
     return replace(scene, mesh=part.mesh, supports=held, tools=(), loads=(), regions=regions)
 
@@ -157,10 +158,6 @@ def _require_of(state: State, before: System, control: Control) -> None:
         require_start(state, before, control.limits.bounds.equilibrium)
     except SceneError as wrong:
         raise SceneError(f"state: must be of a march of the scene, as its start: {wrong}") from wrong
-
-
-def _at_rest(support: Support) -> Support:
-    return replace(support, displacement=0.0) if isinstance(support, Prescribed) else support
 
 
 def _points(system: System, nodes: Floats) -> Floats:

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -128,12 +129,14 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Mirror:
 
 def require_outer(mirrors: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
     """Refuse tools and loads on edges in planes of symmetry or on the axis of a ring, inside the whole body."""
-    for plane in mirrors:
-        for k, tool in enumerate(tools):
-            _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")
-        for k, load in enumerate(loads):
-            if isinstance(load, Traction | Pressure):
-                _require_outer(plane, mesh, (load.boundary,), f"scene.loads[{k}].boundary")
+    given = {f"tools[{k}].candidates": tool.candidates for k, tool in enumerate(tools)}
+    spread = {k: load.boundary for k, load in enumerate(loads) if isinstance(load, Traction | Pressure)}
+    given |= {f"scene.loads[{k}].boundary": (name,) for k, name in spread.items()}
+    for plane, (field, names) in product(mirrors, given.items()):
+        edges = mesh.edges(*names)
+        inside = edges[plane.holds(mesh.nodes[edges]).all(axis=1)][:1].tolist()
+        surface = f"on the surface of the whole body: {inside} lies in a plane of symmetry, or on an axis, inside it"
+        require(not inside, field, names, surface)
 
 
 def require_mirrored(
@@ -248,14 +251,6 @@ def _require_mirrored_load(plane: Mirror, mesh: Mesh, load: Load, label: str) ->
     elif isinstance(load, PointForce) and plane.holds(mesh.nodes[load.node]):
         cancelled = f"without a component along {d} at a node of a plane of symmetry: its mirror image cancels it"
         require(plane.contains(load.vector), f"{label}.vector", load.vector, cancelled)
-
-
-def _require_outer(plane: Mirror, mesh: Mesh, names: tuple[str, ...], label: str) -> None:
-    """Require that no edge of the boundaries lies in the plane, which on a meridian may be the axis."""
-    edges = mesh.edges(*names)
-    inside = edges[plane.holds(mesh.nodes[edges]).all(axis=1)][:1].tolist()
-    surface = f"on the surface of the whole body: {inside} lies in a plane of symmetry, or on an axis, inside it"
-    require(not inside, label, names, surface)
 
 
 def share(planes: Sequence[Mirror], tool: Tool) -> float:
