@@ -19,8 +19,6 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
 from bipot.errors import ResultsError
-from bipot.hdf5.checked import Checked
-from bipot.hdf5.checked import opened as checked
 from bipot.results import Existing
 from studies.files import replacing, require_writable, sentence
 from studies.stopping import checkpoint
@@ -253,15 +251,17 @@ def read_curves(path: Path, only: Collection[str] | None = None) -> Curves:
     Raises:
         ResultsError: the file cannot be read as one of those.
     """
+    from bipot.hdf5.checked import opened
+
     if not path.exists():
         return {}
-    with readable(path), checked(path, ResultsError, LARGEST) as file:
+    with readable(path), opened(path, ResultsError, LARGEST) as file:
         groups = file.group("curves") if "curves" in file else None
         names = groups.names() if groups else []
         return {name: _arrays(groups.group(name)) for name in names if only is None or name in only} if groups else {}
 
 
-def _arrays(group: Checked) -> dict[str, Any]:
+def _arrays(group: Any) -> dict[str, Any]:
     return {name: group.array(name, "f", group.shape(name), finite=False) for name in group.names()}
 
 

@@ -21,12 +21,14 @@ from scipy import sparse
 from bipot.basics.replacing import replace
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import BipotError, SceneError, require_count, require_path, require_type
-from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
 from bipot.hdf5.isolated import isolated as run_isolated
+from bipot.hdf5.source import INTEGERS, LARGEST
 from bipot.typing import Floats, as_numbers
 
 if TYPE_CHECKING:
     import h5py
+
+    from bipot.hdf5.checked import Checked
 
 NUMBERS = "fiu"
 """Kinds that stand for real numbers: FCLIB's own reader converts integers as well."""
@@ -116,6 +118,8 @@ def read_fclib(
 
 def read_problem(path: str | Path, largest: int, newest: bool = True) -> CoulombProblem | GlobalCoulombProblem:
     """As :func:`read_fclib`, in this process, where ``newest`` also of HDF5's newer forms."""
+    from bipot.hdf5.checked import opened
+
     with opened(path, FclibError, largest, newest=newest) as file:
         group = file.group(_form(file))
         dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
@@ -161,6 +165,8 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
     Raises:
         FclibError: no file of this layout, or vectors that are not of the length of its problem, or not finite.
     """
+    from bipot.hdf5.checked import opened
+
     require_path(path)
     require_count(largest, "largest")
     with opened(path, FclibError, largest) as file:

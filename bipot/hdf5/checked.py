@@ -2,6 +2,8 @@
 
 Only hard links are followed, and only integers and floats of the standard sizes are read. A refusal names the file,
 the field, its value and what is allowed.
+
+h5py takes long to import, and only files need it: what needs no file imports this module where it opens one.
 """
 
 from __future__ import annotations
@@ -12,30 +14,25 @@ from dataclasses import dataclass
 from io import RawIOBase
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
+import h5py
 import numpy as np
+from h5py.h5g import GroupID
+from h5py.h5l import TYPE_HARD
+from h5py.h5o import open as open_object
 from numpy.typing import NDArray
 
 from bipot.errors import BipotError, Refusal
 from bipot.hdf5.dataset import Dataset, Shape, require_kind
 from bipot.hdf5.headers import require_plain, require_plain_file
-from bipot.hdf5.source import Source
-
-if TYPE_CHECKING:
-    from h5py.h5g import GroupID
-
-LARGEST = 2**28
-"""Bytes of the largest array that is read, 8 per number."""
+from bipot.hdf5.source import INTEGERS, LARGEST, Source
 
 LARGEST_TEXT = 2**22
 """Bytes of a text."""
 
 MOST_NAMES = 10_000
 """Largest number of links of a group whose names are read."""
-
-INTEGERS = "iu"
-"""Kinds of a count, signed or not."""
 
 
 @contextmanager
@@ -47,9 +44,6 @@ def opened(
     ``largest`` is the largest size of one array, in bytes, 8 per number. ``newest`` allows objects of HDF5's newer
     forms, which can be crafted to crash the process (:mod:`bipot.hdf5.headers`).
     """
-    # h5py takes long to import, and only files need it.
-    import h5py
-
     with _bytes(source, refuse) as file:
         name = str(source) if isinstance(source, str | Path) else str(getattr(source, "name", "the open file"))
         told = Source(name, file, file.seek(0, 2), largest, refuse, newest)
@@ -121,10 +115,8 @@ class Checked:
 
     def group(self, name: str) -> Checked:
         """The group of that name."""
-        import h5py
-
         found = self._item(name)
-        if not isinstance(found, h5py.h5g.GroupID):
+        if not isinstance(found, GroupID):
             raise self._refusal(name, "is no group")
         return Checked(self.source, self._full(name), found)
 
@@ -180,8 +172,6 @@ class Checked:
 
     def attribute(self, name: str) -> int:
         """The one integer of an attribute of this group."""
-        import h5py
-
         field = f"{self._full()}: attribute {name}"
         with self.source.reading(field):
             self.source.require(h5py.h5a.exists(self.id, name.encode()), field, "missing", "there")
@@ -211,10 +201,6 @@ class Checked:
 
     def _item(self, name: str) -> Any:
         """The object of a name, by hard links only."""
-        from h5py.h5g import GroupID
-        from h5py.h5l import TYPE_HARD
-        from h5py.h5o import open as open_object
-
         found: Any = self.id
         with self.source.reading(self._full(name)):
             for part in name.encode().split(b"/"):

@@ -7,18 +7,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf, prod
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
+from h5py.h5a import AttrID
+from h5py.h5d import DatasetID
+from h5py.h5t import TypeID
 from numpy.typing import NDArray
 
 from bipot.hdf5.source import Source
 from bipot.hdf5.storage import Stored
-
-if TYPE_CHECKING:
-    from h5py.h5a import AttrID
-    from h5py.h5d import DatasetID
-    from h5py.h5t import TypeID
 
 Shape = tuple[int | None, ...]
 """None for a length that may be any."""
@@ -37,8 +36,6 @@ class Dataset(Stored):
     @staticmethod
     def of(source: Source, field: str, found: Any) -> Dataset:
         """What was found under a name; refuses what is no dataset, or one of another file's numbers."""
-        import h5py
-
         if not isinstance(found, h5py.h5d.DatasetID):
             raise source.refuse(f"{source.path}: {field} is no dataset")
         with source.reading(field):
@@ -73,8 +70,6 @@ class Dataset(Stored):
 
         Refuses values that are not ``finite``, if they have to be, and those below ``least`` or above ``most``.
         """
-        import h5py
-
         with self.source.reading(self.field):
             self.require_stored(start, stop)
             whole = h5py.Dataset(self.id)
@@ -100,8 +95,6 @@ def require_kind(source: Source, field: str, item: DatasetID | AttrID, kind: str
 
     The type is compared in HDF5's form: no NumPy type is made of a type that a file controls.
     """
-    import h5py
-
     found = item.get_type()
     names = (f"{STANDARD[letter]}{size}{order}" for letter in kind for size in SIZES[letter] for order in ("LE", "BE"))
     known = any(found.equal(getattr(h5py.h5t, name)) for name in names)
@@ -110,8 +103,6 @@ def require_kind(source: Source, field: str, item: DatasetID | AttrID, kind: str
 
 
 def _kind(found: TypeID) -> str:
-    import h5py
-
     numbers = {h5py.h5t.INTEGER: "an integer", h5py.h5t.FLOAT: "a float"}
     others = {
         h5py.h5t.STRING: "a string",

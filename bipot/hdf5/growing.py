@@ -7,6 +7,7 @@ from math import prod
 from typing import Any
 
 import numpy as np
+from h5py import h5s
 from numpy.typing import ArrayLike
 
 from bipot.hdf5.storage import LARGEST_CHUNK
@@ -40,8 +41,6 @@ class Growing:
 
     def append(self, values: ArrayLike) -> None:
         """Add rows (n, ...) of the shape and type of those that are there."""
-        from h5py import h5s
-
         rows = np.ascontiguousarray(values, dtype=self._type)
         whole = (self.rows + len(rows), *self._shape)
         self._id.set_extent(whole)

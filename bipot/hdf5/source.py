@@ -10,6 +10,12 @@ from typing import BinaryIO
 
 from bipot.errors import BipotError, Refusal
 
+LARGEST = 2**28
+"""Bytes of the largest array that is read, 8 per number."""
+
+INTEGERS = "iu"
+"""Kinds of a count, signed or not, by NumPy's letters."""
+
 SHOWN = 80
 """Largest number of characters of a value in a message."""
 

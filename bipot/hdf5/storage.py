@@ -10,14 +10,12 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
-from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
+from h5py.h5d import DatasetID, StoreInfo
 
 from bipot.hdf5.source import Source
-
-if TYPE_CHECKING:
-    from h5py.h5d import DatasetID, StoreInfo
 
 LARGEST_CHUNK = 2**25
 """Bytes of one decoded chunk: HDF5 allocates it whole, however small the dataset is."""
@@ -44,14 +42,10 @@ class Stored:
     @property
     def contiguous(self) -> bool:
         """Whether its numbers lie in one piece."""
-        import h5py
-
         return self.id.get_create_plist().get_layout() == h5py.h5d.CONTIGUOUS
 
     def require_own(self) -> None:
         """Refuse numbers that are another file's."""
-        import h5py
-
         plist = self.id.get_create_plist()
         layout = plist.get_layout()
         names = {h5py.h5d.COMPACT: "compact", h5py.h5d.CONTIGUOUS: "contiguous", h5py.h5d.CHUNKED: "chunked"}
@@ -65,8 +59,6 @@ class Stored:
 
         A dataset without dimensions is one row.
         """
-        import h5py
-
         if self.contiguous:
             self._require_contiguous()
         if self.id.get_create_plist().get_layout() == h5py.h5d.CHUNKED:
@@ -99,8 +91,6 @@ class Stored:
 
     def _filters(self) -> list[int]:
         """Codes of the filters in the order of writing."""
-        import h5py
-
         plist, codes = self.id.get_create_plist(), []
         known = (h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_FLETCHER32)
         for k in range(plist.get_nfilters()):
@@ -166,8 +156,6 @@ class _Grid:
 
 def _decoded_length(data: memoryview, skipped: int, filters: list[int], declared: int) -> int | str:
     """Bytes of a chunk after its filters, or why there are none; decodes no more than slightly above ``declared``."""
-    import h5py
-
     length = len(data)
     for k in reversed(range(len(filters))):
         if skipped >> k & 1:

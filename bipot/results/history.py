@@ -26,7 +26,6 @@ from bipot.results.snapshot import Snapshot
 from bipot.results.static import FORMAT
 from bipot.results.stored import Run, RunReader, read
 from bipot.results.table import columns
-from bipot.results.vtkhdf import write_tools
 from bipot.state import State
 from bipot.typing import Floats
 
@@ -187,6 +186,8 @@ class History:
 
         Recording does this at its end; call it where recording was killed, or is still running.
         """
+        from bipot.results.vtkhdf import write_tools
+
         steps = self._reader(lambda run: run.tools(0, len(self.times)))
         if not steps[0]:
             return None

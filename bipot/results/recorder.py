@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from bipot.basics.replacing import replace
 from bipot.basics.undisturbed import undisturbed
@@ -26,11 +26,13 @@ from bipot.results.history import FIELDS, TOOLS, History, settled
 from bipot.results.history import open as open_results
 from bipot.results.lock import locked
 from bipot.results.names import require_units
-from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
 from bipot.state import State
 from bipot.system import system_of
 from bipot.typing import require_within
+
+if TYPE_CHECKING:
+    from bipot.results.vtkhdf import RunFile
 
 PATIENCE = 0.25
 """Seconds for which increments wait to be written together: a write takes as long as solving a small increment."""
@@ -159,6 +161,8 @@ class Recorder:
 
     def _begin(self, opened: ExitStack) -> None:
         """Write step 0 of a new run, which replaces any other."""
+        from bipot.results.vtkhdf import RunFile
+
         file = opened.enter_context(creating(self.folder / FIELDS))
         (self.folder / TOOLS).unlink(missing_ok=True)
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
@@ -206,6 +210,8 @@ class Recorder:
 
     def _go_on(self, opened: ExitStack, found: History) -> None:
         """Open the run for more steps, and write its table anew from the file."""
+        from bipot.results.vtkhdf import RunFile
+
         self._course, self.note = found.end, found.note
         file = opened.enter_context(writing(self.folder / FIELDS))
         try:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,6 @@ from bipot.control.course import Course
 from bipot.energy import Energies
 from bipot.errors import ResultsError, SceneError
 from bipot.forms.memory import Paced
-from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
@@ -27,6 +26,9 @@ from bipot.state import State
 from bipot.tensors import components
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from bipot.hdf5.checked import Checked
 
 TRIES, PAUSE = 50, 0.02
 """How often a file that is being written is read again, and the seconds between."""
@@ -46,6 +48,8 @@ def read(file: Path, what: Callable[[Run], T]) -> T:
         ResultsError: it cannot be read, or its contents are not those of a run; the message names file, field and
             value.
     """
+    from bipot.hdf5.checked import opened
+
     for _ in range(TRIES):
         before, failure = _seen(file), None
         try:

@@ -23,8 +23,8 @@ import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -38,9 +38,6 @@ from bipot.results.names import FIELDS, FIXED, GROUPS
 from bipot.results.static import VERSIONS, Item, Line, as_bytes, store, write_cells, write_static
 from bipot.system import System
 from bipot.typing import Floats, Ints
-
-if TYPE_CHECKING:
-    import h5py
 
 POLY_LINE = 4
 """VTK's number of a line through points."""
@@ -85,9 +82,6 @@ class RunFile:
     @staticmethod
     def create(file: Journaled, system: System, parameters: Parameters, units: Mapping[str, str]) -> RunFile:
         """A new run, without steps; ``parameters`` and ``units`` are stored as given."""
-        # h5py takes long to import, and only files need it.
-        import h5py
-
         with _closed_unless_done(h5py.File(file, "w", libver=VERSIONS)) as out:
             write_static(out, system, parameters, units)
             return RunFile(file, out, system)
@@ -95,8 +89,6 @@ class RunFile:
     @staticmethod
     def reopen(file: Journaled, system: System) -> RunFile:
         """A run to append steps to, once it is :meth:`cut_back`."""
-        import h5py
-
         with _closed_unless_done(h5py.File(file, "r+", libver=VERSIONS)) as out:
             run = RunFile(file, out, system)
             for group in (*GROWING, "VTKHDF/Steps"):
@@ -245,9 +237,6 @@ def _moving(times: Floats, points: int, first: int = 0) -> dict[str, Ints | Floa
 
 def write_tools(path: Path, times: Floats, steps: Sequence[Sequence[Line]]) -> None:
     """Write the lines of the tools at all pseudo-times, as a grid that moves; raises ResultsError where that fails."""
-    # h5py takes long to import, and only files need it.
-    import h5py
-
     lines = steps[0]
     lengths = [len(line.points) for line in lines]
     points = sum(lengths)
