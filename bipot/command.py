@@ -22,7 +22,8 @@ from bipot.errors import BipotError, ResultsError, SceneError
 from bipot.plot.animation import GIF
 from bipot.results import History
 from bipot.results import open as open_results
-from bipot.results.history import FIELDS, in_digits
+from bipot.results.folder import RUN
+from bipot.results.history import in_digits
 
 REFUSED = 2
 """Exit code where something is refused, as argparse has it."""
@@ -69,7 +70,7 @@ def info(result: History) -> str:
 
 def add_picture_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of :func:`picture`."""
-    parser.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")
+    parser.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {RUN}, or that file")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--field", default=FIELD, help=f"nodal field or component, as stress_zz (default {FIELD})")
     what.add_argument(
@@ -117,8 +118,8 @@ def found_run(path: Path) -> History:
     Raises:
         ResultsError: there is none.
     """
-    below = sorted(found.parent.name for found in path.glob(f"*/{FIELDS}")) if path.is_dir() else []
-    if below and not (path / FIELDS).is_file():
+    below = sorted(found.parent.name for found in path.glob(f"*/{RUN}")) if path.is_dir() else []
+    if below and not (path / RUN).is_file():
         raise ResultsError(f"{path}: holds runs in {', '.join(below)}: name one of these")
     return open_results(path)
 
@@ -172,7 +173,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"bipot {version('bipot')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     told = commands.add_parser("info", help="what a run holds", allow_abbrev=False)
-    told.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")
+    told.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {RUN}, or that file")
     told.set_defaults(run_command=lambda asked: info(found_run(asked.run)))
     drawn = commands.add_parser("picture", help="draw a field or the contact traction of a run", allow_abbrev=False)
     add_picture_options(drawn)

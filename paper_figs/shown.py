@@ -18,7 +18,7 @@ from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
-from bipot.results.history import run_file
+from bipot.results.folder import run_file
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Ints
 from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, require_run

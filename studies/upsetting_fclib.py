@@ -12,7 +12,7 @@ from bipot.errors import ResultsError
 from bipot.exchange import export_fclib
 from bipot.results import Existing
 from bipot.results import open as open_results
-from bipot.results.history import FIELDS
+from bipot.results.folder import RUN
 from studies.files import sentence
 
 FOLDER = "fclib"
@@ -43,7 +43,7 @@ class Problems:
         """
         if existing is Existing.OVERWRITE:
             return
-        begun, held = (self.run / FIELDS).is_file(), self.files
+        begun, held = (self.run / RUN).is_file(), self.files
         if held and not begun:
             raise ResultsError(f"{self._folder}: holds contact problems of a run that is not there; {CHOICE}")
         if not (self.asked and begun):

@@ -10,13 +10,12 @@ from typing import Any
 
 from bipot.errors import ResultsError
 from bipot.results.description import Parameters, as_json, describe, same_mesh, same_state
-from bipot.results.history import FIELDS, TOOLS, History, run_file
+from bipot.results.folder import CSV, RUN, TOOLS, run_file
+from bipot.results.history import History
 from bipot.results.history import open as open_results
 from bipot.results.static import FORMAT
 from bipot.scene.scene import Scene
 from bipot.state import State
-
-CURVES = "history.csv"
 
 OVERWRITE = "overwrite it (Existing.OVERWRITE or --overwrite)"
 ABSENT, CHOICE = "absent", f"choose another folder, or {OVERWRITE}"
@@ -90,9 +89,9 @@ def known(folder: Path, existing: Existing, asked: Asked) -> History | None:
     if not file.is_file():
         if file.exists():
             raise ResultsError(f"{file}: is no file; {CHOICE}")
-        for beside in (CURVES, TOOLS):
+        for beside in (CSV, TOOLS):
             if (folder / beside).exists():
-                raise ResultsError(f"{folder}: holds {beside} without {FIELDS}; {CHOICE}")
+                raise ResultsError(f"{folder}: holds {beside} without {RUN}; {CHOICE}")
         return None
     found = open_results(file)
     asked.require_same(found, folder)

@@ -16,11 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.control.course import Course
-from bipot.errors import LARGEST_COUNT, ResultsError, require, require_count, require_number, require_path, require_type
+from bipot.errors import LARGEST_COUNT, ResultsError, require, require_count, require_number, require_type
 from bipot.fem.reduction import Geometry
 from bipot.hdf5.journal import journal_of, pages_in
 from bipot.meshes.mesh import Mesh
 from bipot.results.description import Parameters
+from bipot.results.folder import RUN, TOOLS, run_file
 from bipot.results.names import described
 from bipot.results.snapshot import Snapshot
 from bipot.results.static import FORMAT
@@ -28,8 +29,6 @@ from bipot.results.stored import Run, RunReader, read
 from bipot.results.table import columns
 from bipot.state import State
 from bipot.typing import Floats
-
-FIELDS, TOOLS, OLD = "run.vtkhdf", "tools.vtkhdf", "run.h5"
 
 REDUCTION, TAU = "reduction", "tau"
 """The column by which :meth:`History.at` finds a step by default, and the name for pseudo-times."""
@@ -191,7 +190,7 @@ class History:
         steps = self._reader(lambda run: run.tools(0, len(self.times)))
         if not steps[0]:
             return None
-        path = self.folder / TOOLS if self.file.name == FIELDS else self.file.with_name(f"{self.file.stem}_{TOOLS}")
+        path = self.folder / TOOLS if self.file.name == RUN else self.file.with_name(f"{self.file.stem}_{TOOLS}")
         write_tools(path, self.times, steps)
         return path
 
@@ -220,37 +219,6 @@ def open(path: str | Path, command: str = "") -> History:
         advice = f"; run: {command}" if command else ""
         raise ResultsError(f"{file.parent}: no results ({file.name} missing){advice}")
     return read(file, lambda run: _history(file, run))
-
-
-def settled(path: str | Path) -> Path:
-    """The absolute path, which stays the same when the process changes its working directory.
-
-    Raises:
-        ResultsError: it is relative, and the working directory is gone.
-    """
-    try:
-        return Path(path).absolute()
-    except OSError as error:
-        raise ResultsError(f"{path}: cannot be read or written (no working directory: {error.strerror})") from error
-
-
-def run_file(path: str | Path) -> Path:
-    """The run file of a folder, or itself, as an absolute path.
-
-    Raises:
-        ResultsError: the file is one of an older version, which is not read; or the system refuses the name.
-    """
-    require_path(path)
-    path = settled(path)
-    old = path if path.name == OLD else path / OLD
-    new = old.with_name(FIELDS)
-    try:
-        if old.is_file() and not new.is_file():
-            raise ResultsError(f"{old}: was written by an older version and is not read; delete it and run again")
-        return new if path == old or not path.is_file() else path
-    except OSError as error:
-        # A name that is too long, or a folder without permission.
-        raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
 
 
 def _history(file: Path, run: Run) -> History:

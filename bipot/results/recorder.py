@@ -20,9 +20,10 @@ from bipot.hdf5.journal import creating, writing
 from bipot.results import table
 from bipot.results.columns import ENERGY_ERROR, Column
 from bipot.results.description import Parameters, require_told, same_scene, same_state
-from bipot.results.existing import CHOICE, CURVES, Asked, Existing, known
+from bipot.results.existing import CHOICE, Asked, Existing, known
 from bipot.results.fields import StoredStep
-from bipot.results.history import FIELDS, TOOLS, History, settled
+from bipot.results.folder import CSV, RUN, TOOLS, settled
+from bipot.results.history import History
 from bipot.results.history import open as open_results
 from bipot.results.lock import locked
 from bipot.results.names import require_units
@@ -163,12 +164,12 @@ class Recorder:
         """Write step 0 of a new run, which replaces any other."""
         from bipot.results.vtkhdf import RunFile
 
-        file = opened.enter_context(creating(self.folder / FIELDS))
+        file = opened.enter_context(creating(self.folder / RUN))
         (self.folder / TOOLS).unlink(missing_ok=True)
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
         self._file.append(StoredStep.at_start(self.system, self._course), self._header)
         self._file.commit()
-        replace(self._curves, self._header.encode(), ResultsError)
+        replace(self._csv, self._header.encode(), ResultsError)
 
     def _require_next(self, accepted: Accepted) -> None:
         """Refuse an increment that is not the next of this run."""
@@ -202,7 +203,7 @@ class Recorder:
     def _copy(self, lines: str) -> None:
         """Append lines to ``history.csv``."""
         try:
-            _add(self._curves, lines)
+            _add(self._csv, lines)
         except OSError:
             # A further line would follow a gap; resuming writes the whole table anew.
             self._file.end()
@@ -213,22 +214,22 @@ class Recorder:
         from bipot.results.vtkhdf import RunFile
 
         self._course, self.note = found.end, found.note
-        file = opened.enter_context(writing(self.folder / FIELDS))
+        file = opened.enter_context(writing(self.folder / RUN))
         try:
             self._file = opened.enter_context(closing(RunFile.reopen(file, self.system)))
         except (KeyError, RuntimeError, TypeError, ValueError) as error:
             raise ResultsError(f"{file.path}: cannot be gone on with ({error}); {CHOICE}") from error
         if self._file.cut_back():
             self.note = f"what was written after increment {self._course.number} was not complete and is left out"
-        replace(self._curves, found.text.encode(), ResultsError)
+        replace(self._csv, found.text.encode(), ResultsError)
 
     @property
     def _header(self) -> str:
         return table.line(self._asked.columns)
 
     @property
-    def _curves(self) -> Path:
-        return self.folder / CURVES
+    def _csv(self) -> Path:
+        return self.folder / CSV
 
     @contextmanager
     def _written(self, so_far: str) -> Iterator[None]:
