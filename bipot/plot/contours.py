@@ -19,7 +19,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
-from bipot.results.names import AXES, FIELDS, Place, Quantity, Rank, split, unit_of
+from bipot.results.names import AXES, Place, Quantity, Rank, meant, unit_of
 from bipot.results.snapshot import Snapshot
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats, Ints, as_numbers
@@ -92,8 +92,7 @@ def contour(
     frame(axes, result, nodes)
     axes.set_title(moment(result, snapshot))
     if colorbar:
-        base, part = split(Place.NODES, field, result.geometry)
-        known = FIELDS[Place.NODES][base]
+        _, known, part = meant(Place.NODES, field, result.geometry)
         name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
         unit = "" if known.quantity is Quantity.RATIO else f" ({_unit(result, known.quantity)})"
         axes.figure.colorbar(drawn, ax=axes, label=name + unit, shrink=SHRUNK)
@@ -153,8 +152,7 @@ def tessellation(element: Element) -> tuple[Floats, Ints]:
 
 def nodal_values(snapshot: Snapshot, field: str) -> Floats:
     """The drawn values of a field at the nodes (a,); raises SceneError as :func:`contour`."""
-    base, part = split(Place.NODES, field, snapshot.geometry)
-    known = FIELDS[Place.NODES][base]
+    base, known, part = meant(Place.NODES, field, snapshot.geometry)
     everywhere = known.finite and known.quantity is not Quantity.STATUS
     require(everywhere, "field", field, "one of the whole body; contact_traction(), or --traction, draws the others")
     if known.rank is Rank.TENSOR and not part:

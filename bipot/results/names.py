@@ -122,20 +122,24 @@ def component_names(field: Field, geometry: Geometry) -> tuple[str, ...]:
     return {Rank.SCALAR: (), Rank.VECTOR: AXES[geometry], Rank.TENSOR: NAMES[geometry]}[field.rank]
 
 
-def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
-    """The field that a ``name`` means, and the component, "" for all: "stress_zz" is one of "stress".
+def meant(place: Place, name: str, geometry: Geometry) -> tuple[str, Field, str]:
+    """A field by its name, itself, and the component that a ``name`` means, "" for all: "stress_zz" is one of "stress".
 
     Raises:
         SceneError: a name of no field and no component; the message lists the names.
 
-    >>> split(Place.NODES, "stress_rz", Geometry.AXISYMMETRIC)
+    >>> meant(Place.NODES, "stress_rz", Geometry.AXISYMMETRIC)[::2]
     ('stress', 'rz')
     """
     require_type(name, str, "field")
     known = {**FIELDS[place], **FIXED[place]}
     if name in known:
-        return name, ""
-    single = {f"{base}_{part}": (base, part) for base in known for part in component_names(known[base], geometry)}
+        return name, known[name], ""
+    single = {
+        f"{base}_{part}": (base, field, part)
+        for base, field in known.items()
+        for part in component_names(field, geometry)
+    }
     require(name in single, "field", name, f"one of {[*known, *single]}")
     return single[name]
 

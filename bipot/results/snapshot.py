@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bipot.control.course import Course
 from bipot.fem.reduction import Components, Geometry
-from bipot.results.names import FIELDS, Place, Rank, component_names, split
+from bipot.results.names import Place, Rank, component_names, meant
 from bipot.results.static import Line
 from bipot.results.stored import RunReader
 from bipot.state import State
@@ -67,14 +67,14 @@ class Snapshot:
 
     def points(self, name: str) -> Any:
         """Field at the integration points as solved: (e, q), or the :class:`Components` of a tensor."""
-        base, part = split(Place.POINTS, name, self.geometry)
+        base, field, part = meant(Place.POINTS, name, self.geometry)
         values = getattr(self.state, base)
-        if FIELDS[Place.POINTS][base].rank is not Rank.TENSOR:
+        if field.rank is not Rank.TENSOR:
             return values
         tensors = Components(values, self.geometry)
         return tensors[part] if part else tensors
 
     def _field(self, place: Place, name: str) -> NDArray[Any]:
-        base, part = split(place, name, self.geometry)
+        base, field, part = meant(place, name, self.geometry)
         values = self.reader(lambda run: run.field(place, base, self.step))
-        return values[:, component_names(FIELDS[place][base], self.geometry).index(part)] if part else values
+        return values[:, component_names(field, self.geometry).index(part)] if part else values
