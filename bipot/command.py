@@ -148,13 +148,15 @@ def _lines(result: History) -> Iterator[str]:
     if result.note:
         yield result.note
     mesh = result.mesh
-    kind = f"{result.scene['element'].upper()} elements, {result.geometry.value.replace('_', ' ')}"
+    kind = f"{mesh.element.name} elements, {result.geometry.value.replace('_', ' ')}"
     regions = f"; regions {', '.join(mesh.regions)}" if mesh.regions else ""
     boundaries = f"boundaries {', '.join(mesh.boundaries)}"
     yield f"mesh: {len(mesh.nodes)} nodes, {len(mesh.elements)} {kind}; {boundaries}{regions}"
-    yield f"material: {result.scene['material']}"
-    yield from (f"material of {name}: {own}" for name, own in result.scene.get("regions", {}).items())
-    yield f"tools: {len(result.scene['tools'])}"
+    yield f"material: {result.told('material', str)}"
+    # Older versions knew no regions.
+    materials = result.told("regions", dict) if "regions" in result.scene else {}
+    yield from (f"material of {name}: {own}" for name, own in materials.items())
+    yield f"tools: {len(result.tools)}"
     yield "parameters:"
     yield from (f"  {name} = {value}" for name, value in result.parameters.items())
     yield "columns, with the last value:"

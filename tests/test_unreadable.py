@@ -1,9 +1,12 @@
 """A folder that holds no run, or a run file that is damaged or made to harm, is refused; the field is named."""
 
+import json
+
 import h5py
 import numpy as np
 import pytest
 
+from bipot.command import main
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
@@ -154,3 +157,43 @@ def test_a_row_that_is_none_is_refused(folder, row):
     np.testing.assert_array_equal(run.state(-1).nodes, run.state(1).nodes)
     with pytest.raises(SceneError, match=rf"row = {row}: must be in \[-2, 2\)"):
         run.state(row)
+
+
+def changed(valid, path, change):
+    """A copy of a run file in which something is changed, checksums and all."""
+    path.write_bytes(valid.read_bytes())
+    with h5py.File(path, "r+") as file:
+        change(file)
+    return path
+
+
+def test_a_history_without_columns_is_refused(folder, tmp_path):
+    """Its lines are there, a line for each step, and hold nothing."""
+
+    def emptied(file):
+        for name, values in (("history", np.full(3, ord("\n"), dtype=np.uint8)), ("history_ends", np.arange(1, 4))):
+            runs.replaced(f"bipot/{name}", lambda _, values=values: values)(file)
+
+    with pytest.raises(ResultsError, match=r"run\.vtkhdf: bipot/history: .*no columns"):
+        open_results(changed(folder / "run.vtkhdf", tmp_path / "run.vtkhdf", emptied))
+
+
+TOOLS = (3, [{}], [3], [{"candidates": "top"}], [{"candidates": None}])
+TOLD = [("element", 3), ("material", None), ("regions", 3), *(("tools", tools) for tools in TOOLS)]
+
+
+@pytest.mark.parametrize(("name", "value"), TOLD)
+def test_a_scene_in_words_that_is_of_another_type_ends_no_command(folder, tmp_path, capsys, name, value):
+    """What is told of a scene is text from elsewhere, as numbers are."""
+
+    def told(file):
+        scene = {**json.loads(bytes(file["bipot/about"][...]))["scene"], name: value}
+        runs.about(scene=scene)(file)
+
+    path = str(changed(folder / "run.vtkhdf", tmp_path / "run.vtkhdf", told))
+    drawn = ["picture", path, "--traction", "0", "--out", str(tmp_path / "picture.png")]
+    ended = [main(["info", path]), main(drawn)]
+    errors = capsys.readouterr().err.splitlines()
+    assert len(errors) == ended.count(2) == 2 - ended.count(0)
+    assert all(f"scene: {name} = " in error for error in errors)
+    assert errors or name == "element"

@@ -223,11 +223,11 @@ def contact_traction(
         SceneError: a ``tool`` that the run has not, a value that is not recorded, no opened run, a body in space.
     """
     require_plane(result)
-    count = len(result.scene["tools"])
+    count = len(result.tools)
     require_count(tool, "tool", 0)
     require(tool < count, "tool", tool, f"in [0, {count}), the run's tools")
     snapshot, axes = result.at(at, by), axes_of(ax)
-    nodes, shown, about = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE, result.scene["tools"][tool]
+    nodes, shown, about = snapshot.nodes, snapshot.nodal("status") != NO_CANDIDATE, result.tools[tool]
     # Nodes that supports hold are shown, so that lines end there. Means have no points at the middle of edges.
     edges = result.mesh.edges(*about["candidates"])
     shown[edges[:, [0, -1]] if about.get("sampling") == Sampling.WEIGHTED else edges] = True

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ from bipot.results.stored import Run, RunReader, read
 from bipot.results.table import columns
 from bipot.state import State
 from bipot.typing import Floats
+
+T = TypeVar("T")
 
 REDUCTION, TAU = "reduction", "tau"
 """The column by which :meth:`History.at` finds a step by default, and the name for pseudo-times."""
@@ -87,11 +89,27 @@ class History:
     @property
     def geometry(self) -> Geometry:
         """The meaning of the mesh's coordinates."""
-        said = self.scene.get("geometry")
+        said = self.told("geometry", str)
         known = [geometry.value for geometry in Geometry]
         if said not in known:
             raise ResultsError(f"{self.file}: bipot/about: scene: geometry = {said!r}: must be one of {known}")
         return Geometry(said)
+
+    @property
+    def tools(self) -> list[Mapping[str, Any]]:
+        """The tools in words, each with names of boundaries as its ``candidates``."""
+        tools = self.told("tools", list)
+        if not all(isinstance(tool, dict) and isinstance(tool.get("candidates"), list) for tool in tools):
+            raise ResultsError(f"{self.file}: bipot/about: scene: tools = {tools!r}: must be tools with candidates")
+        return tools
+
+    def told(self, name: str, kind: type[T]) -> T:
+        """What the :attr:`scene` tells by that ``name``; raises ResultsError unless it is of the ``kind``."""
+        found = self.scene.get(name)
+        if not isinstance(found, kind):
+            place = f"{self.file}: bipot/about: scene: {name}"
+            raise ResultsError(f"{place} = {found!r}: missing or of another type: must be a {kind.__name__}")
+        return found
 
     @property
     def fields(self) -> Mapping[str, Mapping[str, Mapping[str, object]]]:

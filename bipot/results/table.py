@@ -43,6 +43,8 @@ def columns(text: str, place: str) -> Mapping[str, NDArray[Any]]:
         header, *rows = csv.reader(io.StringIO(text, newline=""))
     except (ValueError, csv.Error) as error:
         raise ResultsError(f"{place}: is no table ({error})") from error
+    if not header:
+        raise ResultsError(f"{place}: is no table (it has no columns)")
     if len(set(header)) != len(header):
         raise ResultsError(f"{place}: has two columns of one name among {header}")
     for number, row in enumerate(rows, 1):
