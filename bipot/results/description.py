@@ -18,7 +18,6 @@ import numpy as np
 
 from bipot.errors import SceneError, require
 from bipot.laws.hardening import Perfect
-from bipot.laws.material import Material
 from bipot.laws.von_mises import VonMises
 from bipot.meshes.mesh import Mesh
 from bipot.scene.drives import lever
@@ -45,14 +44,11 @@ def versions() -> dict[str, str]:
     return {**{name: version(name) for name in PACKAGES}, "python": platform.python_version()}
 
 
+@np.printoptions(threshold=sys.maxsize, floatmode="unique")
 def describe(scene: Scene) -> dict[str, Any]:
     """The scene in plain numbers and words; arrays of materials and loads are whole and exact."""
-    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
-        return _described(scene)
-
-
-def _described(scene: Scene) -> dict[str, Any]:
     material = scene.material
+    perfect = isinstance(material, VonMises) and isinstance(material.hardening, Perfect)
     return {
         "geometry": scene.geometry.value,
         "element": scene.mesh.element.value,
@@ -64,7 +60,7 @@ def _described(scene: Scene) -> dict[str, Any]:
         "yield_stress": float(material.yield_stress(np.zeros(1))[0]),
         "material": repr(material),
         "regions": {name: repr(own) for name, own in scene.regions.items()},
-        "perfectly_plastic": not scene.regions and _is_perfect(material),
+        "perfectly_plastic": not scene.regions and perfect,
         "supports": [_support(s) for s in scene.supports],
         "loads": [repr(load) for load in scene.loads],
         "tools": [
@@ -99,10 +95,6 @@ def require_told(scene: Scene, **said: object) -> None:
         for value in values:
             allowed = "told by a repr that holds the numbers of its classes, as that of a dataclass does"
             require(PLACE.search(repr(value)) is None, f"scene.{name}", value, allowed)
-
-
-def _is_perfect(material: Material) -> bool:
-    return isinstance(material, VonMises) and isinstance(material.hardening, Perfect)
 
 
 def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:

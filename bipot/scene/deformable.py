@@ -11,7 +11,6 @@ from bipot.tools.facing import facing
 from bipot.tools.passing import deep
 from bipot.tools.seeming import means_of, missed
 from bipot.tools.tool import Sampling
-from bipot.typing import Ints
 
 INSIDE = 1e-9
 """Depth of candidates in a deformable tool at rest, over the body's size, up to which it is round-off."""
@@ -37,14 +36,11 @@ def require_joined(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
         touched |= {*part[mesh.owners(*tool.surface)].tolist(), *part[mesh.owners(*tool.candidates)].tolist()}
     missing = sorted({*range(count)} - touched)
     lonely = "parts of which each has the surface or the candidates of a deformable tool"
-    require(not missing, "scene.mesh", f"with part {missing[:1]}, of element {_first(part, missing)}", lonely)
+    first = np.flatnonzero(np.isin(part, missing[:1])).min(initial=len(part))
+    require(not missing, "scene.mesh", f"with part {missing[:1]}, of element {first}", lonely)
     crowded = np.flatnonzero(mesh.part[mesh.elements] != part[:, None])
     lonely = "parts without a node in common"
     require(not crowded.size, "scene.mesh", f"node {mesh.elements.ravel()[crowded[:1]]} in two parts", lonely)
-
-
-def _first(part: Ints, numbers: list[int]) -> int:
-    return int(np.flatnonzero(part == numbers[0])[0]) if numbers else -1
 
 
 def require_nodes(mesh: Mesh, tools: tuple[AnyTool, ...]) -> None:
