@@ -19,6 +19,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
+from bipot.results.history import REDUCTION
 from bipot.results.names import AXES, Place, Quantity, Rank, meant, unit_of
 from bipot.results.snapshot import Snapshot
 from bipot.tools.tool import Sampling
@@ -119,8 +120,9 @@ def moment(result: History, snapshot: Snapshot) -> str:
 
     In a run that begins in the middle of a march, increments count on, but steps count from zero.
     """
-    if "reduction" in result.columns and snapshot.step > 0:
-        return f"increment {snapshot.course.number}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
+    reductions = result.columns.get(REDUCTION)
+    if reductions is not None and reductions.dtype.kind in "fiu" and snapshot.step > 0:
+        return f"increment {snapshot.course.number}, reduction {100 * reductions[snapshot.step - 1]:.4g} %"
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
 
 
