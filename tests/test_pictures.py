@@ -16,7 +16,6 @@ from bipot.meshes.elements import Element, elements_of
 from bipot.plot.contours import chains, tessellation
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.results.columns import Column
 from tests.scenes import refused, scene
 
 
@@ -47,16 +46,6 @@ def test_a_contour_has_the_values_of_the_nodes_where_they_are(run, ax):
     assert drawn.get_clim() == pytest.approx((drawn.get_array().min(), drawn.get_array().max()))
     area = np.abs(np.linalg.det(np.diff(places[triangulation.triangles], axis=1))).sum() / 2
     assert area == pytest.approx(shoelace(step.nodes, run.mesh.outline), rel=1e-3)
-
-
-def test_a_column_of_words_called_reduction_names_no_moment(tmp_path, ax):
-    """The run has its pseudo-times, as one without that column does."""
-    column = Column("reduction", "how much", lambda system, accepted: "some")
-    with Recorder(tmp_path, scene(), (column,), {}, {}) as recorder:
-        for accepted in march(scene(), Schedule(1)):
-            recorder.record(accepted)
-    plot.contour(open_results(tmp_path), ax=ax)
-    assert ax.get_title() == "step 1, tau = 1"
 
 
 def shoelace(nodes, outline):

@@ -10,6 +10,7 @@ import pytest
 
 import bipot
 from bipot.command import main
+from bipot.plot.contours import moment
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.results.columns import Column
@@ -148,3 +149,13 @@ def test_info_tells_names_and_values_of_several_lines_in_one(tmp_path, capsys):
     lines = capsys.readouterr().out.split("\n")
     assert ["a\\nb", "c\\r\\nd"] in [line.split() for line in lines]
     assert "  e\\nf = g\\n  columns, with the last value:" in lines
+
+
+def test_a_column_of_words_called_reduction_names_no_moment(tmp_path):
+    """The run has its pseudo-times, as one without that column does."""
+    column = Column("reduction", "how much", lambda system, accepted: "some")
+    with Recorder(tmp_path, SCENE, (column,), {}, {}) as recorder:
+        recorder.record(steps()[0])
+    run = open_results(tmp_path)
+    assert moment(run, run.at()).startswith("step 1, tau = ")
+    assert main(["picture", str(tmp_path), "--out", str(tmp_path / "picture.png")]) == 0
