@@ -241,11 +241,8 @@ class Passage:
         It is one where no gap opens or closes, and where there is a force neither at the start nor at the end. Of the
         slip of a point that comes past an end with a gap a, |u_t| / (|u_t| + a) rubs at least; if it goes, all of it.
         """
-        contacts, tools, size = (
-            self.increment.system.candidates,
-            self.increment.tools,
-            self.increment.system.body.scene.size,
-        )
+        system, tools = self.increment.system, self.increment.tools
+        contacts, size = system.candidates, system.body.scene.size
         begun, ended, left = self.opening, self.iterate.motion[:, 0], tools.left(self.iterate.advance)
         air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
         aloft, out = (air > 0) & (self.start.forces.any(axis=1) | self.r.any(axis=1)), np.ones(len(air))
@@ -255,6 +252,8 @@ class Passage:
             sunk = np.minimum(ended, 0.0) - np.minimum(begun, 0.0)
             followed = np.abs(followed - sunk)
             out[aloft] = followed[aloft] / (followed + air)[aloft]
+        if not contacts.deformable:
+            return out
         (come, gone), length = self.past_ends, norm(self.slip)
         way = length + np.maximum(begun, 0.0)
         rubs = np.divide(length, way, out=gone.astype(np.float64), where=come & (way > 0))
