@@ -23,7 +23,7 @@ from studies import (
     robustness_tables,
     site_tables,
 )
-from studies.accuracy import clad, die, domed, total_tables
+from studies.accuracy import block_die, clad, die, domed, total_tables
 from studies.accuracy import tables as mesh_tables
 from studies.command import command, say
 from studies.files import replacing
@@ -61,7 +61,7 @@ TABLES: dict[str, Callable[[Path], str]] = {
     "total_stopped": tabled(total_tables.of_stopped),
     **{
         study.name: tabled(partial(comparison_tables.of_foreign, study=study))
-        for study in (domed.STUDY, clad.STUDY, die.STUDY)
+        for study in (domed.STUDY, clad.STUDY, die.STUDY, block_die.STUDY)
     },
 }
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {

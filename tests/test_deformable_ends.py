@@ -19,6 +19,7 @@ from bipot import (
     Schedule,
     Support,
     Symmetry,
+    VolumeChange,
     VonMises,
     block,
     brick,
@@ -191,6 +192,7 @@ def test_an_elastic_die_that_is_narrower_dents_a_cube_in_quadratic_elements():
         supports,
         (DeformableTool(("die/base",), ("low/top", "low/right", "low/back"), 0.1),),
         regions={"die": Elastic(Elasticity(30e3, 0.3))},
+        volume=VolumeChange.AS_IS,
     )
     *_, last = march(scene, Schedule(accuracy=1e-3), NEWTON)
     assert last.state.tau == 1.0

@@ -227,6 +227,7 @@ QUOTED = Quoted(
         "die_least": lambda results: digits(min(_times_die(results))),
         "die_largest": lambda results: digits(max(_times_die(results))),
         "die": lambda results: percent(max(map(abs, results.column("die", "difference"))), 1),
+        "block_die": lambda results: percent(max(map(abs, results.column("block_die", "difference"))), 1),
         "clad_own": lambda results: percent(_off_known(results, "own_force_N"), 1),
         "clad_foreign": lambda results: percent(_off_known(results, "foreign_force_N"), 1),
         "domed_friction": lambda results: percent(_by_friction(results)),
