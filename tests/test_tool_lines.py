@@ -137,7 +137,7 @@ def test_a_file_of_tools_that_cannot_be_written_is_said(tmp_path, monkeypatch):
     def full(*_):
         raise ResultsError("tools.vtkhdf: cannot be written (no space)")
 
-    monkeypatch.setattr("bipot.results.history.write_tools", full)
+    monkeypatch.setattr("bipot.results.vtkhdf.write_tools", full)
     with pytest.raises(ResultsError, match="no space"), recorder(tmp_path):
         pass
     with pytest.raises(ZeroDivisionError), recorder(tmp_path, Existing.RESUME):
