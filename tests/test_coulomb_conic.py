@@ -154,7 +154,7 @@ def test_the_associated_relaxation_opens_by_sliding():
         coulomb.solve_associated(coulomb.CoulombProblem([[1.0, 0.5], [0.0, 1.0]], [-1.0, 0.0], 0.1, 2))
 
 
-FUNCTIONS = [AlartCurnier(), NaturalMap(), ConeMap(), TrescaMap(np.full(6, 0.7))]
+FUNCTIONS = [AlartCurnier(), AlartCurnier(2.0), NaturalMap(), NaturalMap(0.5), ConeMap(), TrescaMap(np.full(6, 0.7))]
 
 
 @given(st.integers(0, 10_000), st.sampled_from([2, 3]), st.sampled_from(FUNCTIONS))

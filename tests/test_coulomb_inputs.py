@@ -126,6 +126,8 @@ def test_what_is_no_path_or_solution_is_not_written(tmp_path):
 
 
 NUMBERS = {
+    coulomb.AlartCurnier: ("step",),
+    coulomb.NaturalMap: ("step",),
     coulomb.Damped: ("weight",),
     coulomb.Anderson: ("weight", "growth"),
     coulomb.GaussSeidel: ("relaxation",),
@@ -178,6 +180,7 @@ def test_parts_of_solvers_are_refused_by_kind(kind, field):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
+        (lambda: coulomb.AlartCurnier(step=np.inf), "step = inf: must be finite and > 0"),
         (lambda: coulomb.ProximalPoint(relax=np.inf), "relax = inf: must be finite and > 1"),
         (lambda: coulomb.ProximalPoint(weight=np.inf), "weight = inf: must be finite and > 0"),
         (lambda: coulomb.Newton(levenberg=np.inf), "levenberg = inf: must be finite and >= 0"),
@@ -211,7 +214,10 @@ def test_what_is_asked_of_a_problem_is_refused_by_name(make, words):
 
 @pytest.mark.parametrize("kind", [np.float16, np.float32, np.longdouble])
 def test_scalars_of_numpy_solve_as_their_own_numbers_do(kind):
-    chain = [coulomb.Stage(coulomb.ProximalPoint(weight=as_(kind(0.3))), 1.0, warm=True) for as_ in (float, kind)]
+    chain = [
+        coulomb.Stage(coulomb.ProximalPoint(coulomb.AlartCurnier(as_(kind(0.7))), as_(kind(0.3))), 1.0, warm=True)
+        for as_ in (float, kind)
+    ]
     one, other = (coulomb.solve(PROBLEM, coulomb.Limits(kind(1e-6)), chain=(stage,)) for stage in chain)
     assert chain[0] == chain[1]
     assert one.r.dtype == other.r.dtype == np.float64

@@ -132,6 +132,7 @@ def test_dense_and_sparse_algebra_give_the_same_step(direction, monkeypatch):
         lambda: coulomb.ProximalPoint(cautious=100.0),
         lambda: coulomb.Newton(levenberg=-1.0),
         lambda: coulomb.LineSearch(0),
+        lambda: coulomb.AlartCurnier(step=0.0),
         lambda: coulomb.Damped(0.0),
         lambda: coulomb.Anderson(depth=0),
         lambda: coulomb.ConicSettings(tol=1.0),

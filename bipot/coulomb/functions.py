@@ -1,7 +1,7 @@
 """Nonsmooth functions F(r, u) that vanish exactly on a contact law, with their generalised derivatives.
 
-All are r - P(r, u) with P a projection. The law is Coulomb's in :class:`AlartCurnier` and :class:`NaturalMap`, and that
-of one program in the other two. Forces and displacements are added as they are, because the problem is scaled.
+All are r - P(r, u) with P a projection. The law is Coulomb's in :class:`AlartCurnier` and :class:`NaturalMap`, whose
+``step`` is rho (1 is suitable, because the problem is scaled), and that of one program in the other two.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from bipot.laws import coulomb
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc
 from bipot.tensors import unit
-from bipot.typing import Floats
+from bipot.typing import Floats, make_floats
 
 
 class Expansion(NamedTuple):
@@ -52,47 +52,52 @@ def _disc_projection(y: Floats, limit: Floats) -> tuple[Floats, Floats, DiscSlop
     return _onto_disc(y, limit), P, slope
 
 
-def _expanded(r: Floats, projected: Floats, P: Floats) -> Expansion:
-    """F = r - P(r - u) where P has the derivative ``P`` (c, d, d)."""
-    return Expansion(r - projected, P, np.eye(r.shape[1]) - P)
-
-
 @dataclass(frozen=True)
 class AlartCurnier:
-    """F_n = r_n - (r_n - u_n)+,  F_t = r_t - P_{B(μ (r_n - u_n)+)}(r_t - u_t)  (Alart and Curnier 1991).
+    """F_n = r_n - (r_n - ρ u_n)+,  F_t = r_t - P_{B(μ (r_n - ρ u_n)+)}(r_t - ρ u_t)  (Alart and Curnier 1991).
 
     Cheap, and its Newton steps are the active sets open, stick and slip; not a map of a convex set.
     """
 
+    step: float = 1.0
+
+    def __post_init__(self) -> None:
+        make_floats(self, step="finite and > 0")
+
     def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
-        y = r - u
+        y = r - self.step * u
         return r - _onto_disc(y, mu * np.maximum(y[:, 0], 0.0))
 
     def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives; on a kink the open branch wins over the closed, stick over slip."""
-        y = r - u
+        y = r - self.step * u
         limit = mu * np.maximum(y[:, 0], 0.0)
         projected, P, slope = _disc_projection(y, limit)
         P[:, 1:, 0] = (mu * (y[:, 0] > 0))[:, None] * slope.by_radius
-        return _expanded(r, projected, P)
+        return Expansion(r - projected, self.step * P, np.eye(r.shape[1]) - P)
 
 
 @dataclass(frozen=True)
 class NaturalMap:
-    """F = r - P_K(r - (u + μ |u_t| n)): the projection on the cone after De Saxcé's shift."""
+    """F = r - P_K(r - ρ (u + μ |u_t| n)): the projection on the cone after De Saxcé's shift."""
+
+    step: float = 1.0
+
+    def __post_init__(self) -> None:
+        make_floats(self, step="finite and > 0")
 
     def value(self, r: Floats, u: Floats, mu: Floats) -> Floats:
         """F (c, d)."""
-        return coulomb.natural_map(r, u, mu, 1.0)
+        return coulomb.natural_map(r, u, mu, self.step)
 
     def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives; |u_t| has derivative 0 at u_t = 0."""
-        y = r - coulomb.de_saxce_shift(u, mu)
+        y = r - self.step * coulomb.de_saxce_shift(u, mu)
         P, identity = cone_slope(y, mu), np.eye(r.shape[1])
         shift = np.broadcast_to(identity, P.shape).copy()
         shift[:, 0, 1:] = mu[:, None] * unit(u[:, 1:])
-        return Expansion(r - project_cone(y, mu), P @ shift, identity - P)
+        return Expansion(r - project_cone(y, mu), self.step * (P @ shift), identity - P)
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +110,8 @@ class ConeMap:
 
     def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives."""
-        y = r - u
-        return _expanded(r, project_cone(y, mu), cone_slope(y, mu))
+        P = cone_slope(r - u, mu)
+        return Expansion(self.value(r, u, mu), P, np.eye(r.shape[1]) - P)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,5 +126,6 @@ class TrescaMap:
 
     def linearise(self, r: Floats, u: Floats, mu: Floats) -> Expansion:
         """F and its derivatives."""
-        projected, P, _ = _disc_projection(r - u, self.threshold)
-        return _expanded(r, projected, P)
+        y = r - u
+        projected, P, _ = _disc_projection(y, self.threshold)
+        return Expansion(r - projected, P, np.eye(r.shape[1]) - P)

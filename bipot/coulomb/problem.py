@@ -235,6 +235,11 @@ class GlobalCoulombProblem(Sealed):
         object.__setattr__(self, "mu", _friction(self.mu, contact_rows // self.dim))
 
     @property
+    def asymmetry(self) -> float:
+        """Max |M' - M'ᵀ| / max |M'|, M' by the roots of its diagonal; 0 for M = 0."""
+        return asymmetry(by_diagonal(self.M))
+
+    @property
     def semidefinite(self) -> bool:
         """Whether the symmetric part of M is positive definite: W is semidefinite then. It costs a factorisation."""
         return definite(sparse.csc_matrix(by_diagonal(self.M)))
