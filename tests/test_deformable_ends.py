@@ -146,6 +146,25 @@ def test_what_is_faced_changes_continuously_as_a_wall_leans(dimension):
     assert 0 < steps.max() < 0.05
 
 
+@pytest.mark.xfail(strict=True, reason="a wall that leans away from the contact holds means open")
+@pytest.mark.parametrize("degrees", [60, 75])
+def test_walls_that_lean_away_bear_as_if_they_were_not_there(degrees):
+    """A block, its sides at an angle to the floor that it is pressed into, less deep than they would touch."""
+    low, up = block(3.0, 1.0, 15, 5), block(1.0, 0.5, 4, 2)
+    x, z = up.nodes.T
+    out = 1 + 2 * z / np.tan(np.radians(degrees))
+    up = replace(up, nodes=np.stack([1.53 + (x - 0.5) * out, z + 1.0], axis=1))
+    supports = Support("low/base", 0), Support("low/base", 1), Support("up/top", 0)
+    forces = []
+    for surface in (("up/base",), ("up/base", "up/left", "up/right")):
+        tools = (DeformableTool(surface, ("low/top",), 0.0),)
+        held = (*supports, Prescribed("up/top", 1, -0.01))
+        scene = Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, ELASTIC, held, tools)
+        *_, last = march(scene, Schedule(2), NEWTON)
+        forces.append(last.tool_force(0)[1])
+    assert forces[1] == pytest.approx(forces[0], rel=0.02)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("element", "geometry"), [(Element.Q8, "plane"), (Element.T6, "plane"), (Element.Q8, "ring")])
 def test_the_edge_of_a_die_goes_past_a_node_of_what_it_dents(element, geometry):
