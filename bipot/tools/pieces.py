@@ -137,7 +137,7 @@ def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Boo
     the place at the depth touches.
     """
     hidden = np.zeros(len(i), dtype=bool)
-    deep = np.flatnonzero(depth > 0)
+    deep = np.flatnonzero(depth > LEAST * norm(one[i, 1] - one[i, 0]))
     if not deep.size:
         return hidden
     inward, start, along = -out[i[deep], None], one[None, :, 0] - x[deep, None], one[None, :, 1] - one[None, :, 0]
@@ -148,7 +148,7 @@ def _through(one: Floats, out: Floats, i: Ints, x: Floats, depth: Floats) -> Boo
     leaves = beyond & (far > 0) & (far < depth[deep, None]) & (place >= 0) & (place <= 1)
     off = inward * depth[deep, None, None] - start
     foot = np.vecdot(off, along) / np.vecdot(along, along)
-    near = np.abs(np.vecdot(off, out)) < TOUCHES * depth[deep, None]
+    near = (np.abs(np.vecdot(off, out)) < TOUCHES * depth[deep, None]) & (np.arange(len(one)) != i[deep, None])
     hidden[deep] = (leaves | (near & (foot >= 0) & (foot <= 1))).any(axis=1)
     return hidden
 

@@ -162,7 +162,7 @@ def _through(one: Floats, out: Floats, i: Ints, middle: Floats, depth: Floats) -
     # Those that may touch the sphere around the way to the depth.
     p, f = within_reach(centre, x - depth[:, None] / 2 * out[mine], reach.max() + depth / 2)
     ahead, deepest = -out[mine[p]], x[p] - depth[p, None] * out[mine[p]]
-    near = np.abs(np.vecdot(deepest - centre[f], out[f])) < TOUCHES * depth[p]
+    near = (np.abs(np.vecdot(deepest - centre[f], out[f])) < TOUCHES * depth[p]) & (f != mine[p])
     hidden[deep[p[near][_over(one[f[near]], deepest[near])]]] = True
     beyond = np.vecdot(ahead, out[f]) > ROUND_OFF
     p, f, ahead = p[beyond], f[beyond], ahead[beyond]

@@ -3,15 +3,16 @@ r"""What a boundary in a plane faces, written a second time for the fuzz study: 
 Edges are lines through their nodes: one straight part, or two where they have a node in the middle. At each place x(s)
 of a part of the one boundary the nearest of the places y is faced, along the part's normal m, that are on parts of the
 other one whose normals are against m, m . m' < -1/10. Those farther behind x than both parts are long are left out,
-and those of which a third part of the one boundary, that turns away from x, is between. Points are the nodes of the
-one boundary, two where it turns by more than 60 degrees at rest, with hats psi over their parts, and
+and those of which a third part of the one boundary, that turns away from x, is between, or is nearer than a tenth of
+how far they are behind the first. Points are the nodes of the one boundary, two where it turns by more than 60 degrees
+at rest, with hats psi over their parts, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,    n_p ~ -int psi_p m dA
 
 over what faces anything, with the shapes N of whole edges: parabolas where these have three nodes. The integrals are
 sums over intervals of s between all ends seen, and all crossings of two parts, by Gauss' rule of four points, which is
-exact. Where the reach before a point, b = int psi_p^2 dA / int psi_p dA, is less than 0.05, the other side is farther
-off by 0.02 h (1 - b/0.05)^2, with the longest part h that ends there, or way to another corner.
+exact. Where the reach before a point, b = int psi_p^2 dA / int psi_p dA, is less than 0.1, the other side is farther
+off by 0.1 h (1 - b/0.1)^2, with the longest part h that ends there, or way to another corner.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ from studies.independent.shapes import line
 
 AGAINST, TURN = -0.1, np.deg2rad(60.0)
 """The largest m . m' of what is faced, and the largest turn at a point."""
+
+BESIDE = 0.1
+"""How near to a third part, over how far it is behind the first, a place is before that one instead."""
 
 NOTHING = 1e-9
 """A point faces nothing if what does is no longer than this part of its edges."""
@@ -153,14 +157,14 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
 def farther(x: Floats, at: Ints, reach: Floats) -> Floats:
     """How much farther off (p,) what has this ``reach`` (p,) is, with corners x (l, k, d) around points ``at`` (l, k).
 
-    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([0.025, 1.0])).tolist()
-    [0.025, 0.0]
+    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([0.05, 1.0])).tolist()
+    [0.125, 0.0]
     """
     longest = np.zeros(len(reach))
     for corners, points_there in zip(x, at, strict=True):
         for corner, p in zip(corners, points_there, strict=True):
             longest[p] = max(longest[p], *(float(np.linalg.norm(corner - other)) for other in corners))
-    return 0.02 * longest * np.maximum(1 - reach / 0.05, 0.0) ** 2
+    return 0.1 * longest * np.maximum(1 - reach / 0.1, 0.0) ** 2
 
 
 def _unit(vectors: Floats) -> Floats:
@@ -209,7 +213,9 @@ def _nearest(
     place, kept = start + at * along, np.ones(len(over), dtype=bool)
     for k, depth in enumerate(-height):
         if depth > 0:
-            kept[k] = not _behind(place, -outer[own], depth, x[outer @ outer[own] < 0])
+            between = _behind(place, -outer[own], depth, x[outer @ outer[own] < 0])
+            others = np.delete(x, own, axis=0) if depth > NOTHING * float(np.linalg.norm(along)) else x[:0]
+            kept[k] = not (between or _beside(place - depth * outer[own], BESIDE * depth, others))
     over, height = over[kept], height[kept]
     return int(over[np.argmin(height)]) if over.size else None
 
@@ -222,4 +228,14 @@ def _behind(place: Floats, way: Floats, depth: float, x: Floats) -> bool:
             far, s = np.linalg.solve(matrix, a - place)
             if 0 < far < depth and 0 <= s <= 1:
                 return True
+    return False
+
+
+def _beside(place: Floats, near: float, x: Floats) -> bool:
+    """Whether a place is nearer than ``near`` to the line of one of the edges x (f, 2, 2), between its ends."""
+    for a, b in x:
+        along = (b - a) / np.linalg.norm(b - a)
+        across = np.array([along[1], -along[0]])
+        if abs((place - a) @ across) < near and 0 <= (place - a) @ along <= (b - a) @ along:
+            return True
     return False

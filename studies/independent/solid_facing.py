@@ -4,7 +4,8 @@ Faces are triangles and squares, or flat parts of such with nodes in the middle 
 are quadratic (:mod:`studies.independent.flats`); of a square two corners may be one. Seen along the normal m of its
 mean plane, a triangle or square of the one boundary has polygons in common with faces of the other one whose normals m'
 are against it, m . m' < -1/10, and which are not farther behind it than both are large. Of polygons over each other the
-lowest counts, and none that a third face of the one boundary, which turns away, is before.
+lowest counts, and none that a third face of the one boundary, which turns away, is before, or that is nearer to a third
+face than a tenth of how far it is behind the first.
 Points are the corners of the one boundary, of faces that go on from each other by no more than 60 degrees at rest over
 common edges, with their shape functions psi, and
 
@@ -26,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent.data import Bools, Floats, Ints
-from studies.independent.facing import AGAINST, farther, squarely
+from studies.independent.facing import AGAINST, BESIDE, farther, squarely
 from studies.independent.fans import spread
 from studies.independent.flats import Flats
 
@@ -161,9 +162,7 @@ def _before(
 ) -> tuple[_Face, list[tuple[int, _Face, Floats]]]:
     """The i-th face, and what it faces: the number of each face, this as seen, and the polygon (v, 2) in common."""
     x = nodes[one[i]]
-    middle, along = x.mean(axis=0), x[1] - x[0]
-    first = _unit((along - (along @ outer[i]) * outer[i])[None])[0]
-    axes = np.array([first, np.cross(outer[i], first), outer[i]])
+    middle, axes = _plane(x, outer[i])
     mine, found = _Face.of(x, middle, axes), list[tuple[int, _Face, Floats]]()
     for j in np.flatnonzero(facing @ outer[i] < AGAINST):
         y = nodes[other[j]]
@@ -188,7 +187,7 @@ def _shown(
 ) -> bool:
     """Whether at the middle of a piece neither a lower one nor a face of the one boundary is before it."""
     j, its, polygon = piece
-    place = polygon.mean(axis=0)
+    place = _centroid(polygon)
     height = float(its.height(place[None])[0])
     if any(k != j and of.holds(place) and of.height(place[None])[0] < height for k, of, _ in every):
         return False
@@ -196,7 +195,32 @@ def _shown(
         face = _Face.of(nodes[one[f]], *plane)
         if height < 0 and face.holds(place) and height < face.height(place[None])[0] < 0:
             return False
-    return True
+    deepest, x = plane[0] + np.append(place, height) @ plane[1], nodes[one]
+    if height >= -NOTHING * float(np.linalg.norm(x[i] - plane[0], axis=1).max()):
+        return True
+    return not any(f != i and _beside(deepest, -BESIDE * height, x[f], outer[f]) for f in range(len(one)))
+
+
+def _centroid(polygon: Floats) -> Floats:
+    """The middle (2,) of the area of a polygon (v, 2)."""
+    x = polygon - polygon[0]
+    after = np.roll(x, -1, axis=0)
+    area = _cross(x, after)
+    return polygon[0] + area @ (x + after) / (3 * area.sum())
+
+
+def _plane(x: Floats, outer: Floats) -> tuple[Floats, Floats]:
+    """The middle (3,) of a face x (k, 3) and axes (3, 3), the last along its normal ``outer`` (3,)."""
+    along = x[1] - x[0]
+    first = _unit((along - (along @ outer) * outer)[None])[0]
+    return x.mean(axis=0), np.array([first, np.cross(outer, first), outer])
+
+
+def _beside(place: Floats, near: float, x: Floats, outer: Floats) -> bool:
+    """Whether a place (3,) is nearer than ``near`` to the mean plane of a face x (k, 3), over or beneath the face."""
+    middle, axes = _plane(x, outer)
+    seen = axes @ (place - middle)
+    return bool(abs(seen[2]) < near and _Face.of(x, middle, axes).holds(seen[:2]))
 
 
 def clipped(one: Floats, other: Floats) -> Floats:
