@@ -27,6 +27,7 @@ from bipot import (
     together,
 )
 from bipot.tools.facing import FILLET, ROUND, facing, rounding
+from studies.independent.facing import farther
 from tests.deformable import ELASTIC, shifted
 from tests.deformable import pressed as pressed_by_wider
 
@@ -101,7 +102,9 @@ def test_the_end_is_rounded_by_how_far_it_reaches(space):
         mesh = together({"low": low, "up": up})
         sides = DeformableTool(("up/base",), ("low/top",), 0.0).of(mesh).sides
         found = facing(mesh.nodes, sides, ring=False)
-        return mesh.nodes[sides.node], found.reach, rounding(mesh.nodes, sides, found.reach)
+        off = rounding(mesh.nodes, sides, found.reach)
+        np.testing.assert_allclose(farther(mesh.nodes[sides.flats], sides.point, found.reach), off, rtol=1e-12)
+        return mesh.nodes[sides.node], found.reach, off
 
     for by in (1e-4, 0.02, 0.04, 0.06):
         x, reach, off = made(by)
