@@ -62,3 +62,14 @@ def pressed(mu=0.2, geometry=Geometry.AXISYMMETRIC, press=0.6, punch=ELASTIC, el
     )
     tool = DeformableTool(("punch/base",), ("billet/top", f"billet/{side}"), mu)
     return Scene(mesh, geometry, STEEL, supports, (tool,), regions={"punch": punch})
+
+
+def bulging(off, swapped=False):
+    """A block whose base of 20 elements, an arc 0.08 high, is pressed by 0.04, from ``off`` less, into one element."""
+    up = block(1.0, 0.5, 20, 2)
+    x, y = up.nodes.T
+    nodes = np.stack([x, y + 1 + off - 0.08 * 4 * x * (1 - x) * (1 - y / 0.5)], axis=1)
+    mesh = together({"low": block(1.0, 1.0, 1, 2), "up": replace(up, nodes=nodes)})
+    sides = (("low/top",), ("up/base",)) if swapped else (("up/base",), ("low/top",))
+    supports = Support("low/base", 0), Support("low/base", 1), Support("up/top", 0), Prescribed("up/top", 1, -0.04)
+    return Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, supports, (DeformableTool(*sides, 0.0),))

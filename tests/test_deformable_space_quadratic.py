@@ -65,13 +65,15 @@ def test_means_are_those_of_a_fine_sampling():
         for part, corners in zip(PARTS, flats(face[None], 3), strict=True):
             a, b, c = nodes[corners]
             normal = np.cross(b - a, c - a)
+            longest = max(np.linalg.norm(of) for of in (b - a, c - a, c - b))
             x, shapes = places @ nodes[corners], _quadratic(places @ part)
             for other in sides.other:
                 for its, across in zip(PARTS, flats(other[None], 3), strict=True):
                     # x + h n = u . corners with u_1 + u_2 + u_3 = 1.
                     A = np.vstack([np.column_stack([nodes[across].T, -normal]), [1.0, 1.0, 1.0, 0.0]])
-                    u = np.linalg.solve(A, np.vstack([x.T, np.ones(len(x))])).T[:, :3]
-                    met = (u >= 0).all(axis=1)
+                    u = np.linalg.solve(A, np.vstack([x.T, np.ones(len(x))])).T
+                    u, height = u[:, :3], u[:, 3] * np.linalg.norm(normal)
+                    met = (u >= 0).all(axis=1) & (height * _sine(normal, nodes[across]) <= 0.03 * longest)
                     for k, node in enumerate(corners):
                         (p,) = np.flatnonzero(sides.node == node)
                         share = met * places[:, k] * np.linalg.norm(normal)
@@ -81,6 +83,12 @@ def test_means_are_those_of_a_fine_sampling():
     np.testing.assert_allclose(found.weights.toarray(), total / area[:, None], atol=3e-3)
     # Rows of both sides sum to one.
     np.testing.assert_allclose(found.weights @ np.ones(len(nodes)), 0.0, atol=1e-13)
+
+
+def _sine(normal, corners):
+    """Of the angle between the normal of a triangle and that of another one, with corners (3, 3)."""
+    other = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+    return np.linalg.norm(np.cross(normal, other)) / np.linalg.norm(normal) / np.linalg.norm(other)
 
 
 MIDDLES = (np.eye(3) + np.roll(np.eye(3), 1, axis=1)) / 2

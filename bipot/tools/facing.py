@@ -10,7 +10,8 @@ with the shape functions N of the edges, is the mean vector between them over th
 other one. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`, in space :mod:`bipot.tools.polygons`), where
 neither side has a node within, so that they are exact: a uniform pressure on the one side is the same on the other,
 whatever the meshes are. What is faced more obliquely than at 60 degrees counts less, and from 84 on nothing: a wall
-behind a corner would otherwise be faced all at once. Rows of the weights (D, -M) sum to zero. With the normal n_p, into
+behind a corner would otherwise be faced all at once. Of what leans away only the foot is faced, which is no higher than
+:data:`~bipot.tools.pieces.NEAR` allows. Rows of the weights (D, -M) sum to zero. With the normal n_p, into
 the side of the points, the gap is n_p . z_p, and a force r_p acts on the nodes of both sides.
 
 The distance from x to y(x), along the normal n of x, changes by m . v / (n . m) as the sides move by v to each other,

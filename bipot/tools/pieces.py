@@ -20,6 +20,11 @@ FACES = -0.1
 LEAST = 1e-9
 """Over the length or area of a flat part, a piece no larger than this is none."""
 
+NEAR = 0.03
+"""Over the longest edge or diagonal of a flat part, the height times the sine of the angle between normals beyond which
+what it sees is beside what it faces. A wall that leans away from where a body is pressed would else hold means open.
+"""
+
 TOUCHES = 0.1
 """Over its depth behind one flat part, the distance from another one at which a place is before that one instead: it
 touches the other side of a corner, however far inside of this one that is."""
@@ -46,10 +51,11 @@ def pieces(nodes: Floats, one: Ints, other: Ints, ring: bool) -> Pieces:
 
     On a meridian, which is that of a ``ring``, dA has the radius. Integrals of hat functions times shape functions are
     exact. Of several pieces that face the same place the nearest counts; one that is farther behind the edge than both
-    edges are long does not, nor one behind the other side of a thin part.
+    edges are long does not, nor one behind the other side of a thin part. What is higher than :data:`NEAR` allows is
+    cut off.
     """
     count, x = one.shape[1], nodes[flats(one, 2)]
-    found = _shadows(x, nodes[flats(other, 2)]).nearest()
+    found = _shadows(x, nodes[flats(other, 2)]).nearest().near(norm(x[:, 1] - x[:, 0]))
     places, weights = np.polynomial.legendre.leggauss(count)
     xi, eta = (at[:, :1] + np.diff(at) * (places + 1) / 2 for at in (found.xi, found.eta))
     weight = np.diff(found.xi) * weights / 2 * norm(x[:, 1] - x[:, 0])[found.one, None]
@@ -113,6 +119,17 @@ class Shadows(NamedTuple):
             begin.append(bounds[:-1][met])
             end.append(bounds[1:][met])
         return self.only(np.concatenate(kept))._replace(low=np.concatenate(begin), high=np.concatenate(end))
+
+    def near(self, length: Floats) -> Shadows:
+        """Without what is beside the straights of this ``length`` (f,) and not before them (:data:`NEAR`)."""
+        rise, run = np.diff(self.heights)[:, 0], np.diff(self.ends)[:, 0] * length[self.one]
+        sine = np.abs(rise) / np.hypot(rise, run)
+        beyond = self.height(self.xi) * sine[:, None] - NEAR * length[self.one, None]
+        first, last = beyond.T
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bound = self.low + (self.high - self.low) * first / (first - last)
+        low, high = (np.where(of > 0, bound, at) for of, at in ((first, self.low), (last, self.high)))
+        return self._replace(low=low, high=high).only((beyond.min(axis=1) < 0) & (high > low))
 
 
 def _shadows(one: Floats, other: Floats) -> Shadows:

@@ -12,7 +12,7 @@ import numpy as np
 
 from bipot.tensors import norm, unit
 from bipot.tools.flats import SQUARE, bilinear, outward
-from bipot.tools.pieces import FACES, LEAST, TOUCHES, Pieces
+from bipot.tools.pieces import FACES, LEAST, NEAR, TOUCHES, Pieces
 from bipot.tools.plane import area_of, cross
 from bipot.typing import Bools, Floats, Ints, max_abs
 
@@ -43,8 +43,8 @@ def polygons(one: Floats, other: Floats) -> Pieces:
     """The polygons in which faces ``one`` (f, k, 3) and ``other`` (g, l, 3) face each other, cut into triangles.
 
     Seen along the normals of the former, of several faces before one place the nearest counts, and none that is farther
-    behind it than both are large, or behind the other side of a thin part. The least gap of a triangle is that of its
-    polygon.
+    behind it than both are large, or behind the other side of a thin part. What is higher than
+    :data:`~bipot.tools.pieces.NEAR` allows is cut off. The least gap of a triangle is that of its polygon.
     """
     out = outward(one)
     i, j = _near(one, other, out, outward(other))
@@ -52,10 +52,8 @@ def polygons(one: Floats, other: Floats) -> Pieces:
     height = np.einsum("px,pvx->pv", out[i], other[j] - one[i].mean(axis=1, keepdims=True))
     ends = _common(a, b[:, ::-1])
     middle = _centroids(ends)[:, None]
-    fans = np.stack([np.broadcast_to(middle, ends.shape), ends, np.roll(ends, -1, axis=1)], axis=2)
-    area = area_of(fans)
     whole = area_of(a)
-    share = area.sum(axis=1) / whole
+    share = area_of(ends) / whole
     some = np.flatnonzero(share > LEAST)
     gaps = np.einsum("pvk,pk->pv", _placed(b[some], np.concatenate([ends, middle], axis=1)[some]), height[some])
     lowest = np.zeros(len(i))
@@ -63,11 +61,48 @@ def polygons(one: Floats, other: Floats) -> Pieces:
     before = ~_through(one, out, i[some], middle[some, 0], -gaps[:, -1])
     some, above = some[before], gaps[before, -1]
     kept = some[~_hidden(i[some], b[some], middle[some, 0], above, share[some])]
-    piece, corner = np.nonzero(area[kept] > LEAST**2 * whole[kept, None])
-    piece = kept[piece]
-    places = RULE @ fans[piece, corner]
-    weight = area[piece, corner][:, None] * SHARES
+    piece, fans = _before(one, other, i[kept], j[kept], ends[kept])
+    area = area_of(fans)
+    some = np.flatnonzero(area > LEAST**2 * whole[kept[piece]])
+    piece, places = kept[piece[some]], RULE @ fans[some]
+    weight = area[some, None] * SHARES
     return Pieces(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
+
+
+def _before(one: Floats, other: Floats, i: Ints, j: Ints, ends: Floats) -> tuple[Ints, Floats]:
+    """Triangles (t, 3, 2) of polygons ``ends`` (p, v, 2), without what is beside faces and not before them, and whose.
+
+    That is as of :data:`~bipot.tools.pieces.NEAR`, by the mean plane of the other face.
+    """
+    frame, normal = _axes(one[i]), outward(other)[j]
+    along = np.einsum("pax,px->pa", frame, normal)
+    size = norm(one[:, :, None] - one[:, None]).max(axis=(1, 2))
+    # n . (x - c) = 0 with the other's normal n and mean c, from the mean of the one.
+    way, down = other[j].mean(axis=1) - one[i].mean(axis=1), np.vecdot(normal, outward(one)[i])
+    height = (np.vecdot(way, normal)[:, None] - np.einsum("pva,pa->pv", ends, along)) / down[:, None]
+    beyond = height * norm(along)[:, None] - NEAR * size[i, None]
+    near, some = (beyond <= 0).all(axis=1), (beyond < 0).any(axis=1)
+    found = [(np.flatnonzero(near), ends[near]), (np.flatnonzero(some & ~near), _cut(ends, beyond)[some & ~near])]
+    fans = [_fans(polygon) for _, polygon in found]
+    whose = [np.repeat(pair, of.shape[1]) for (pair, _), of in zip(found, fans, strict=True)]
+    return np.concatenate(whose), np.concatenate([of.reshape(-1, 3, 2) for of in fans])
+
+
+def _fans(ends: Floats) -> Floats:
+    """Triangles (p, v, 3, 2) around the centroids of polygons (p, v, 2)."""
+    middle = np.broadcast_to(_centroids(ends)[:, None], ends.shape)
+    return np.stack([middle, ends, np.roll(ends, -1, axis=1)], axis=2)
+
+
+def _cut(ends: Floats, beyond: Floats) -> Floats:
+    """Convex polygons (p, 2 v, 2), some corners more than once: those ``ends`` (p, v, 2) less where ``beyond`` > 0."""
+    after, then = np.roll(ends, -1, axis=1), np.roll(beyond, -1, axis=1)
+    kept, leaves = beyond <= 0, (beyond <= 0) & (then > 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        bound = ends + (beyond / (beyond - then))[..., None] * (after - ends)
+    last = bound[np.arange(len(ends)), np.argmax(leaves, axis=1)][:, None]
+    first = np.where(kept[..., None], ends, np.where((then <= 0)[..., None], bound, last))
+    return np.stack([first, np.where(leaves[..., None], bound, first)], axis=2).reshape(len(ends), 2 * ends.shape[1], 2)
 
 
 def _near(one: Floats, other: Floats, out: Floats, beyond: Floats) -> tuple[Ints, Ints]:

@@ -4,8 +4,9 @@ Edges are lines through their nodes: one straight part, or two where they have a
 of a part of the one boundary the nearest of the places y is faced, along the part's normal m, that are on parts of the
 other one whose normals are against m, m . m' < -1/10. Those farther behind x than both parts are long are left out,
 and those of which a third part of the one boundary, that turns away from x, is between, or is nearer than a tenth of
-how far they are behind the first. Points are the nodes of the one boundary, two where it turns by more than 60 degrees
-at rest, with hats psi over their parts, and
+how far they are behind the first. Nor are those faced whose height over x, times the sine of the angle between both
+parts, is more than 0.03 of the length of that of x. Points are the nodes of the one boundary, two where it turns by
+more than 60 degrees at rest, with hats psi over their parts, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,    n_p ~ -int psi_p m dA
 
@@ -30,6 +31,9 @@ AGAINST, TURN = -0.1, np.deg2rad(60.0)
 
 BESIDE = 0.1
 """How near to a third part, over how far it is behind the first, a place is before that one instead."""
+
+STEEP = 0.03
+"""How high what is faced may be, times the sine of the angle between both parts, over the length of the one."""
 
 NOTHING = 1e-9
 """A point faces nothing if what does is no longer than this part of its edges."""
@@ -125,13 +129,17 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
         s, h, k = s[chosen], h[chosen], np.flatnonzero(chosen)
         cuts = np.unique(np.clip(np.concatenate([[0.0, 1.0], s.ravel(), _crossings(s, h)]), 0.0, 1.0))
         for low, high in pairwise(cuts.tolist()):
-            (place, weight), parts = _hats(low, high, start, end, length, axisymmetric)
-            whole[at[i]] += parts
+            whole[at[i]] += _hats(low, high, start, end, length, axisymmetric)[1]
             nearest = _nearest(s, h, (low + high) / 2, start, t * length, outer, x, i)
             if nearest is None:
                 continue
             if high - low > NOTHING:
                 lowest = min(lowest, *np.interp([low, high], *_rising(s[nearest], h[nearest])))
+            rising = float(np.diff(h[nearest])[0] / np.diff(s[nearest])[0] / length)
+            part = _before((low, high), s[nearest], h[nearest], STEEP * length * np.hypot(1, rising), abs(rising))
+            if part is None:
+                continue
+            (place, weight), parts = _hats(*part, start, end, length, axisymmetric)
             counted = squarely(facing[k[nearest]] @ outer[i])
             weight, parts = counted * weight, counted * parts
             eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])
@@ -190,6 +198,16 @@ def _rising(s: Floats, h: Floats) -> tuple[Floats, Floats]:
     """Ends and heights (2,) of a part in the order of its ends s."""
     order = np.argsort(s)
     return s[order], h[order]
+
+
+def _before(bounds: tuple[float, float], s: Floats, h: Floats, most: float, slope: float) -> tuple[float, float] | None:
+    """Where between ``bounds`` a part over s (2,) at the heights h (2,) is no higher than ``most`` over ``slope``."""
+    low, high = bounds
+    if slope * h.max() > most:
+        ends = s[np.argsort(h)]
+        bound = ends[0] + (most / slope - h.min()) / np.ptp(h) * (ends[1] - ends[0])
+        low, high = (low, min(high, bound)) if ends[0] < ends[1] else (max(low, bound), high)
+    return (low, high) if high > low else None
 
 
 def _hats(

@@ -5,9 +5,10 @@ are quadratic (:mod:`studies.independent.flats`); of a square two corners may be
 mean plane, a triangle or square of the one boundary has polygons in common with faces of the other one whose normals m'
 are against it, m . m' < -1/10, and which are not farther behind it than both are large. Of polygons over each other the
 lowest counts, and none that a third face of the one boundary, which turns away, is before, or that is nearer to a third
-face than a tenth of how far it is behind the first.
-Points are the corners of the one boundary, of faces that go on from each other by no more than 60 degrees at rest over
-common edges, with their shape functions psi, and
+face than a tenth of how far it is behind the first. Where the mean plane of what is faced is higher than 0.03 of the
+longest edge or diagonal of the one face, over the sine of the angle between both, nothing is. Points are the corners
+of the one boundary, of faces that go on from each other by no more than 60 degrees at rest over common edges, with
+their shape functions psi, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,
 
@@ -27,9 +28,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent.data import Bools, Floats, Ints
-from studies.independent.facing import AGAINST, BESIDE, farther, squarely
+from studies.independent.facing import AGAINST, BESIDE, STEEP, farther, squarely
 from studies.independent.fans import spread
 from studies.independent.flats import Flats
+from studies.independent.polygons import area_of, centroid, clipped, cross, kept
 
 NOTHING = 1e-9
 """The part of an area below which it is none."""
@@ -97,7 +99,7 @@ class _Face:
 
     def holds(self, place: Floats) -> bool:
         """Whether it is seen at a ``place`` (2,), with corners in either turn."""
-        side = _cross(np.roll(self.flat, -1, axis=0) - self.flat, place - self.flat)
+        side = cross(np.roll(self.flat, -1, axis=0) - self.flat, place - self.flat)
         return bool((side > 0).all() or (side < 0).all())
 
 
@@ -120,6 +122,8 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
         mine, found = _before(nodes, flats, others, outer, facing, i)
         for j, its, polygon in found:
             lowest = min(lowest, *its.height(polygon), *its.height(polygon.mean(axis=0)[None]))
+            if len(polygon := _low(nodes[face], nodes[others[j]], (outer[i], facing[j]), polygon)) < 3:
+                continue
             places, weight = _over(polygon, rule, rough or 0)
             weight *= squarely(facing[j] @ outer[i])
             psi, theirs = mine.shapes(places), its.shapes(places)
@@ -171,7 +175,7 @@ def _before(
         if its.above.mean() <= -both:
             continue
         polygon = clipped(mine.flat, its.flat[::-1])
-        if len(polygon) > 2 and _area(polygon) > NOTHING * _area(mine.flat):
+        if len(polygon) > 2 and area_of(polygon) > NOTHING * area_of(mine.flat):
             found.append((int(j), its, polygon))
     return mine, [piece for piece in found if _shown(nodes, one, outer, i, (middle, axes), piece, found)]
 
@@ -187,7 +191,7 @@ def _shown(
 ) -> bool:
     """Whether at the middle of a piece neither a lower one nor a face of the one boundary is before it."""
     j, its, polygon = piece
-    place = _centroid(polygon)
+    place = centroid(polygon)
     height = float(its.height(place[None])[0])
     if any(k != j and of.holds(place) and of.height(place[None])[0] < height for k, of, _ in every):
         return False
@@ -201,19 +205,21 @@ def _shown(
     return not any(f != i and _beside(deepest, -BESIDE * height, x[f], outer[f]) for f in range(len(one)))
 
 
-def _centroid(polygon: Floats) -> Floats:
-    """The middle (2,) of the area of a polygon (v, 2)."""
-    x = polygon - polygon[0]
-    after = np.roll(x, -1, axis=0)
-    area = _cross(x, after)
-    return polygon[0] + area @ (x + after) / (3 * area.sum())
+def _low(x: Floats, y: Floats, normals: tuple[Floats, Floats], polygon: Floats) -> Floats:
+    """The corners (w, 2) of what is left of a polygon (v, 2) in the mean plane of x (k, 3) where that of y is low."""
+    middle, axes = _plane(x, normals[0])
+    normal, way = axes @ normals[1], axes @ (y.mean(axis=0) - middle)
+    sine = float(np.linalg.norm(normal[:2]))
+    most = STEEP * max(float(np.linalg.norm(a - b)) for a in x for b in x)
+    above = [sine * float((normal @ way - normal[:2] @ place) / normal[2]) - most for place in polygon]
+    return np.array(kept(list(polygon), above)).reshape(-1, 2)
 
 
 def _plane(x: Floats, outer: Floats) -> tuple[Floats, Floats]:
     """The middle (3,) of a face x (k, 3) and axes (3, 3), the last along its normal ``outer`` (3,)."""
     along = x[1] - x[0]
     first = _unit((along - (along @ outer) * outer)[None])[0]
-    return x.mean(axis=0), np.array([first, np.cross(outer, first), outer])
+    return x.mean(axis=0), np.array([first, np.cross(outer, first), outer], np.float64)
 
 
 def _beside(place: Floats, near: float, x: Floats, outer: Floats) -> bool:
@@ -223,31 +229,11 @@ def _beside(place: Floats, near: float, x: Floats, outer: Floats) -> bool:
     return bool(abs(seen[2]) < near and _Face.of(x, middle, axes).holds(seen[:2]))
 
 
-def clipped(one: Floats, other: Floats) -> Floats:
-    """What two convex polygons (k, 2) and (l, 2) have in common, all anticlockwise: corners (v, 2), none if nothing.
-
-    >>> square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
-    >>> assert _area(clipped(square, square + 0.5)) == 0.25
-    """
-    out = list(one)
-    for start, end in zip(other, np.roll(other, -1, axis=0), strict=True):
-        side = [float(_cross(end - start, x - start)) for x in out]
-        kept = list[Floats]()
-        for k, (x, s) in enumerate(zip(out, side, strict=True)):
-            before, t = out[k - 1], side[k - 1]
-            if (s >= 0) != (t >= 0):
-                kept.append(before + t / (t - s) * (x - before))
-            if s >= 0:
-                kept.append(x)
-        out = kept
-    return np.array(out).reshape(-1, 2)
-
-
 def _over(polygon: Floats, rule: tuple[Floats, Floats], corner: int) -> tuple[Floats, Floats]:
     """Places (q, 2) and weights (q,) of a rule on triangles of a polygon (v, 2), with its middle, 0, or a corner."""
     apex = polygon[(corner - 1) % len(polygon)] if corner else polygon.mean(axis=0)
     sides = np.stack([polygon, np.roll(polygon, -1, axis=0)], axis=1) - apex
-    places, weight = apex + rule[0] @ sides, _cross(sides[:, 0], sides[:, 1])[:, None] * rule[1]
+    places, weight = apex + rule[0] @ sides, cross(sides[:, 0], sides[:, 1])[:, None] * rule[1]
     return places.reshape(-1, 2), weight.ravel()
 
 
@@ -293,11 +279,3 @@ def _normal(x: Floats) -> Floats:
 
 def _unit(vectors: Floats) -> Floats:
     return vectors / np.linalg.norm(vectors, axis=1)[:, None]
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
-def _area(polygon: Floats) -> float:
-    return float(_cross(polygon, np.roll(polygon, -1, axis=0)).sum() / 2)
