@@ -33,5 +33,6 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
         apart=apart,
         none=tool.seeming,
         part=found.part,
+        shares=found.shares,
     )
     return Points(at, found.weights, sides.point, sides.flats, faced)

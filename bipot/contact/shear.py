@@ -10,7 +10,7 @@ of the facet's area in the configuration of equilibrium:
                 where one of these is negative, as at corners of quadratic faces or with a middle node out of place,
                 max(int N_p dA, 0) times a factor that keeps the sum,
     weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`),
-    deformable  int N_p dA on the straight parts of edges or on faces, times the part of it that faces the other side.
+    deformable  int N_p dA over what faces the other side of the straight parts of edges, or of faces.
 
 A facet counts to the extent that it lies on the tool, w_e = min(max(1 - s/LIES, 0), 1), with s the slope by which it
 leaves the tool. For an edge of length h, s = g/h with g the largest gap of its points. For a face s is the slope of the
@@ -63,8 +63,10 @@ def caps(
             gaps[boundary] = tool.distance(nodes[boundary], pose)
             gap = np.asarray(points.weights @ gaps)[points.point]
         else:
-            gap = candidates.distance(nodes, placed)[candidates.number[number]][points.point]
-            areas *= points.faced.part[points.point]
+            # That the end of the other side is rounded is no gap. Of what faces nothing the area is zero.
+            means = points.weights @ nodes
+            gap = (points.faced.gap(means, means) - points.faced.apart)[points.point]
+            areas *= points.faced.shares
         # All means are at the ends of facets; between parts facets are flat parts of them.
         at = facets[:, ends] if points.weighted else facets
         outer = ends if at.shape[1] > len(ends) else np.arange(at.shape[1])

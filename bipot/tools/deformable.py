@@ -91,7 +91,8 @@ class Faced(Nowhere):
     """What candidates face, point by point: gaps n . z + ``apart`` - ``none`` (m,) of their mean vectors z (m, d).
 
     ``normals`` n (m, d) are those of the points, ``places`` (m,) the size of the numbers of which z are differences,
-    ``none`` gaps at rest that are none. Of the area around a point the fraction ``part`` (m,) faces the tool.
+    ``none`` gaps at rest that are none. Of the area around a point the fraction ``part`` (m,) faces the tool, of that
+    on each flat part of the side ``shares`` (l, k).
     """
 
     normals: Floats
@@ -99,6 +100,7 @@ class Faced(Nowhere):
     apart: Floats
     none: Floats
     part: Floats
+    shares: Floats
 
     @property
     def farther(self) -> Floats:

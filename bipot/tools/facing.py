@@ -55,14 +55,15 @@ class Facing:
     """Points (p,) of a boundary that faces another one: ``weights`` (D, -M) (p, a), inward ``normal`` (p, d).
 
     Where a point does not face it, as those ``unfaced`` (u,), the weights are those of its own node. The ``part`` (p,)
-    of int psi_p dA faces the other one, which reaches before the point as far as the mean of psi_p there, weighted by
-    psi_p: ``reach`` (p,).
+    of int psi_p dA faces the other one, of each flat part the ``shares`` (l, k). The other one reaches before the point
+    as far as the mean of psi_p there, weighted by psi_p: ``reach`` (p,).
     """
 
     weights: sp.csr_matrix
     normal: Floats
     unfaced: Ints
     part: Floats
+    shares: Floats
     reach: Floats
 
 
@@ -154,7 +155,9 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     square = np.einsum("sg,sgp,sgp->sp", found.weight, found.psi, found.psi)
     area = _sums(point, share, count)
     reach = _sums(point, square, count) / np.where(area > 0, area, 1.0)
-    part = np.minimum(area / _sums(sides.point, hat_integrals(corners, ring), count), 1.0)
+    whole, faced = hat_integrals(corners, ring), np.zeros(corners.shape[:2])
+    part = np.minimum(area / _sums(sides.point, whole, count), 1.0)
+    np.add.at(faced, found.flat, share)
     unfaced = np.flatnonzero(part <= LEAST)
     theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
     out = outward(corners)
@@ -164,7 +167,9 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     np.add.at(alone, sides.point, -out[:, None])
     theirs[unfaced] = ours[unfaced] = alone[unfaced]
     normal = unit(part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours))
-    return Facing(_weights(found, point, area, unfaced, sides), normal, unfaced, part, reach)
+    # An edge on the axis has no area.
+    shares = np.minimum(np.divide(faced, whole, out=np.zeros_like(whole), where=whole > 0), 1.0)
+    return Facing(_weights(found, point, area, unfaced, sides), normal, unfaced, part, shares, reach)
 
 
 def _sums(point: Ints, values: Floats, count: int) -> Floats:
