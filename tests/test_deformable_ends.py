@@ -102,8 +102,10 @@ def test_the_end_is_rounded_by_how_far_it_reaches(space):
         mesh = together({"low": low, "up": up})
         sides = DeformableTool(("up/base",), ("low/top",), 0.0).of(mesh).sides
         found = facing(mesh.nodes, sides, ring=False)
-        off = rounding(mesh.nodes, sides, found.reach)
-        np.testing.assert_allclose(farther(mesh.nodes[sides.flats], sides.point, found.reach), off, rtol=1e-12)
+        off = rounding(mesh.nodes, sides, found)
+        np.testing.assert_allclose(
+            farther(mesh.nodes[sides.flats], sides.point, found.reach, found.squarely), off, rtol=1e-12
+        )
         return mesh.nodes[sides.node], found.reach, off
 
     for by in (1e-4, 0.02, 0.04, 0.06):

@@ -22,7 +22,7 @@ def points(scene: Scene, tool: DeformableTool, nodes: Floats) -> Points:
     met, sides, at = tool.met, tool.sides, tool.sides.node
     found = facing(nodes, sides, met.ring)
     normal = in_planes(found.normal, sides.nodes[at], met.planes)
-    apart, far = rounding(nodes, sides, found.reach), found.unfaced
+    apart, far = rounding(nodes, sides, found), found.unfaced
     apart[far] = FAR * scene.mesh.size - np.vecdot(normal[far], nodes[at[far]])
     faced = Faced(
         sides=sides,

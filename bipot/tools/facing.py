@@ -56,7 +56,8 @@ class Facing:
 
     Where a point does not face it, as those ``unfaced`` (u,), the weights are those of its own node. The ``part`` (p,)
     of int psi_p dA faces the other one, of each flat part the ``shares`` (l, k). The other one reaches before the point
-    as far as the mean of psi_p there, weighted by psi_p: ``reach`` (p,).
+    as far as the mean of psi_p there, weighted by psi_p: ``reach`` (p,). Of what the point sees, less as it is oblique,
+    the part ``squarely`` (p,) counts.
     """
 
     weights: sp.csr_matrix
@@ -65,6 +66,7 @@ class Facing:
     part: Floats
     shares: Floats
     reach: Floats
+    squarely: Floats
 
 
 @dataclass(frozen=True)
@@ -104,8 +106,8 @@ class Sides:
 class Integrands(NamedTuple):
     """What is integrated over pieces (s,) of flats ``flat`` (s,) with nodes ``own`` (s, n), before ``others`` (s, n).
 
-    Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g). The
-    outward normal of the other side is ``across`` (s, d).
+    Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g): all
+    that is ``seen``, and as far as it counts. The outward normal of the other side is ``across`` (s, d).
     """
 
     flat: Ints
@@ -115,6 +117,7 @@ class Integrands(NamedTuple):
     mine: Floats
     its: Floats
     weight: Floats
+    seen: Floats
     across: Floats
 
     @staticmethod
@@ -133,6 +136,7 @@ class Integrands(NamedTuple):
             mine=shapes(found.mine, found.one, one.shape[1]),
             its=shapes(found.its, found.other, other.shape[1]),
             weight=found.weight * share[:, None],
+            seen=found.weight,
             across=across,
         )
 
@@ -154,6 +158,7 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     share = np.einsum("sg,sgp->sp", found.weight, found.psi)
     square = np.einsum("sg,sgp,sgp->sp", found.weight, found.psi, found.psi)
     area = _sums(point, share, count)
+    seen = _sums(point, np.einsum("sg,sgp->sp", found.seen, found.psi), count)
     reach = _sums(point, square, count) / np.where(area > 0, area, 1.0)
     whole, faced = hat_integrals(corners, ring), np.zeros(corners.shape[:2])
     part = np.minimum(area / _sums(sides.point, whole, count), 1.0)
@@ -166,10 +171,11 @@ def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
     # Where nothing is faced, normals are those of all facets.
     np.add.at(alone, sides.point, -out[:, None])
     theirs[unfaced] = ours[unfaced] = alone[unfaced]
+    squarely = area / np.where(seen > 0, seen, 1.0)
     normal = unit(part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours))
     # An edge on the axis has no area.
     shares = np.minimum(np.divide(faced, whole, out=np.zeros_like(whole), where=whole > 0), 1.0)
-    return Facing(_weights(found, point, area, unfaced, sides), normal, unfaced, part, shares, reach)
+    return Facing(_weights(found, point, area, unfaced, sides), normal, unfaced, part, shares, reach, squarely)
 
 
 def _sums(point: Ints, values: Floats, count: int) -> Floats:
@@ -216,18 +222,18 @@ def in_planes(normals: Floats, x: Floats, planes: Sequence[Plane]) -> Floats:
     return unit(out)
 
 
-def rounding(nodes: Floats, sides: Sides, reach: Floats) -> Floats:
-    """How much farther off (p,) the other side is where no more than its end has the ``reach`` (p,) before a point.
+def rounding(nodes: Floats, sides: Sides, found: Facing) -> Floats:
+    """How much farther off (p,) the other side is where no more than its end reaches before a point, or it is oblique.
 
-    With the longest edge or diagonal h from the point that is FILLET h (1 - reach/ROUND)^2 at most, as if the end were
-    rounded. If a point that barely faces it felt all of it, whether it does could depend on whether it is felt. What
-    is before the middle of an edge is no end, however thin it is.
+    With the longest edge or diagonal h from the point, its reach b and the part c that counts that is FILLET h (1 - c
+    min(b/ROUND, 1))^2, as if the end were rounded. If a point that barely faces it felt all of it, whether it does
+    could depend on whether it is felt. What is before the middle of an edge is no end, however thin it is.
     """
     ends = nodes[sides.flats]
     longest = norm(ends[:, :, None] - ends[:, None]).max(axis=2)
-    size = np.zeros(len(reach))
+    size = np.zeros(len(found.reach))
     np.maximum.at(size, sides.point, longest)
-    return FILLET * size * np.maximum(1 - reach / ROUND, 0.0) ** 2
+    return FILLET * size * (1 - found.squarely * np.minimum(found.reach / ROUND, 1.0)) ** 2
 
 
 def lowest(nodes: Floats, one: Ints, other: Ints, ring: bool) -> float:

@@ -12,8 +12,9 @@ more than 60 degrees at rest, with hats psi over their parts, and
 
 over what faces anything, with the shapes N of whole edges: parabolas where these have three nodes. The integrals are
 sums over intervals of s between all ends seen, and all crossings of two parts, by Gauss' rule of four points, which is
-exact. Where the reach before a point, b = int psi_p^2 dA / int psi_p dA, is less than 0.1, the other side is farther
-off by 0.1 h (1 - b/0.1)^2, with the longest part h that ends there, or way to another corner.
+exact. What is oblique counts less (:func:`squarely`), by c in the mean. Where the reach before a point, b = int psi_p^2
+dA / int psi_p dA, is less than 0.1, or c < 1, the other side is farther off by 0.1 h (1 - c min(b/0.1, 1))^2, with the
+longest part h that ends there, or way to another corner.
 """
 
 from __future__ import annotations
@@ -116,7 +117,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     own, others = Straight.of(one), Straight.of(other)
     node, at = points(rest, own.ends)
     weights, normal, free = np.zeros((len(node), len(nodes))), np.zeros((len(node), 2)), np.zeros((len(node), 2))
-    across, (area, square, whole) = np.zeros((len(node), 2)), np.zeros((3, len(node)))
+    across, (area, square, there, whole) = np.zeros((len(node), 2)), np.zeros((4, len(node)))
     x, y, lowest = nodes[own.ends], nodes[others.ends], 0.0
     outer, facing = (_normals(of) for of in (x, y))
     for i, (start, end) in enumerate(x):
@@ -141,6 +142,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
                 continue
             (place, weight), parts = _hats(*part, start, end, length, axisymmetric)
             counted = squarely(facing[k[nearest]] @ outer[i])
+            there[at[i]] += parts
             weight, parts = counted * weight, counted * parts
             eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])
             area[at[i]] += parts
@@ -158,21 +160,23 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     inward, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
     # Gaps change along the normals of the other side, as far as that goes on; beyond its end along those of this one.
     mixed = _unit(part[:, None] * other_side + (1 - part[:, None]) * inward)
-    reach = np.divide(square, area, out=np.zeros(len(node)), where=area > 0)
-    return Seen(node, weights, mixed, part, farther(x, at, reach), lowest)
+    reach, counts = (np.divide(a, b, out=np.zeros(len(node)), where=b > 0) for a, b in ((square, area), (area, there)))
+    return Seen(node, weights, mixed, part, farther(x, at, reach, counts), lowest)
 
 
-def farther(x: Floats, at: Ints, reach: Floats) -> Floats:
+def farther(x: Floats, at: Ints, reach: Floats, counts: Floats) -> Floats:
     """How much farther off (p,) what has this ``reach`` (p,) is, with corners x (l, k, d) around points ``at`` (l, k).
 
-    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([0.05, 1.0])).tolist()
+    The part that ``counts`` (p,) is less than one of what is oblique.
+
+    >>> farther(np.array([[[0.0, 0.0], [3.0, 4.0]]]), np.array([[0, 1]]), np.array([0.05, 1.0]), np.ones(2)).tolist()
     [0.125, 0.0]
     """
     longest = np.zeros(len(reach))
     for corners, points_there in zip(x, at, strict=True):
         for corner, p in zip(corners, points_there, strict=True):
             longest[p] = max(longest[p], *(float(np.linalg.norm(corner - other)) for other in corners))
-    return 0.1 * longest * np.maximum(1 - reach / 0.1, 0.0) ** 2
+    return 0.1 * longest * (1 - counts * np.minimum(reach / 0.1, 1.0)) ** 2
 
 
 def _unit(vectors: Floats) -> Floats:

@@ -112,7 +112,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
     flats, others = mine_of.nodes, its_of.nodes
     node, at = points(rest, flats)
     count, rule = len(node), _fine() if rough is None else _of_seven()
-    weights, (area, square, whole) = np.zeros((count, len(nodes))), np.zeros((3, count))
+    weights, (area, square, there, whole) = np.zeros((count, len(nodes))), np.zeros((4, count))
     across, inward, alone = np.zeros((3, count, 3))
     outer, facing = (np.array([_normal(x) for x in nodes[of]]) for of in (flats, others))
     lowest = 0.0
@@ -125,8 +125,9 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
             if len(polygon := _low(nodes[face], nodes[others[j]], (outer[i], facing[j]), polygon)) < 3:
                 continue
             places, weight = _over(polygon, rule, rough or 0)
-            weight *= squarely(facing[j] @ outer[i])
             psi, theirs = mine.shapes(places), its.shapes(places)
+            np.add.at(there, at[i], weight @ psi)
+            weight *= squarely(facing[j] @ outer[i])
             share = weight @ psi
             # A point may be at two corners that are one.
             np.add.at(area, at[i], share)
@@ -142,7 +143,9 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
     part = np.where(faces, part, 0.0)[:, None]
     away, own = (_unit(np.where(faces[:, None], of, alone)) for of in (across, inward))
-    normal, off = _unit(part * away + (1 - part) * own), farther(nodes[flats], at, square / np.where(area > 0, area, 1))
+    normal = _unit(part * away + (1 - part) * own)
+    reach, counts = (a / np.where(b > 0, b, 1) for a, b in ((square, area), (area, there)))
+    off = farther(nodes[flats], at, reach, counts)
     return SeenInSpace(node, weights, normal, part[:, 0], off, lowest)
 
 
