@@ -30,7 +30,7 @@ from bipot.iterate import Iterate
 from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.deformable import DeformableTool
-from bipot.tools.facing import Integrands, Sides
+from bipot.tools.facing import Integrands
 from bipot.typing import Floats, Ints, einsum
 
 ROUND_OFF = 64 * float(np.finfo(float).eps)
@@ -57,7 +57,7 @@ def _parted(iterate: Iterate) -> Floats:
     found = list[tuple[Floats, Floats]]()
     for k, (tool, points) in enumerate(zip(contacts.scene.tools, contacts.points, strict=True)):
         if isinstance(tool, DeformableTool) and points.faced is not None:
-            found.append(_between(iterate, tool.sides, points.faced.normals))
+            found.append(_between(iterate, tool, points.faced.normals))
         elif points.weighted:
             found.append(_within(contacts.scene, points, moved[k]))
         else:
@@ -77,9 +77,10 @@ def _within(scene: Scene, points: Points, moved: Floats) -> tuple[Floats, Floats
     return _means(points.point, weight, (table.values @ moved[facets])[:, :, None], len(points.node))
 
 
-def _between(iterate: Iterate, sides: Sides, normals: Floats) -> tuple[Floats, Floats]:
-    """:func:`_means` around the points of ``sides`` of parts, which have ``normals`` (p, d)."""
-    met, du = Integrands.of(iterate.nodes, sides, iterate.increment.system.body.scene.ring), iterate.response.du
+def _between(iterate: Iterate, tool: DeformableTool, normals: Floats) -> tuple[Floats, Floats]:
+    """:func:`_means` around the points of a ``tool``, which have ``normals`` (p, d)."""
+    sides, ring = tool.sides, iterate.increment.system.body.scene.ring
+    met, du = Integrands.of(iterate.nodes, sides, ring, tool.near), iterate.response.du
     moved = einsum("sgk,skd->sgd", met.mine, du[met.own]) - einsum("sgk,skd->sgd", met.its, du[met.others])
     point, weight = sides.point[met.flat], met.weight[..., None] * met.psi
     n = normals[point][:, None]

@@ -69,7 +69,7 @@ def require_facing(mesh: Mesh, ring: bool, tool: DeformableTool, label: str) -> 
     both = np.intersect1d(node, mesh.boundary_nodes(*tool.surface))[:1].tolist()
     require(not both, f"{label}.candidates", tool.candidates, f"without a node of the surface, as {both} is")
     sides = tool.sides
-    found = facing(mesh.nodes, sides, ring)
+    found = facing(mesh.nodes, sides, ring, tool.near)
     gap = np.vecdot(found.normal, means_of(mesh.nodes, found))
     allowed = INSIDE * mesh.size + missed(sides, found, tool.met.planes if tool.welded else None)
     least = int(np.argmin(gap + allowed))

@@ -16,7 +16,7 @@ import numpy as np
 from bipot.errors import require, require_tuple, require_type
 from bipot.meshes.mesh import Mesh
 from bipot.tools.facing import Plane, Sides
-from bipot.tools.pieces import LEAST
+from bipot.tools.pieces import LEAST, Near
 from bipot.tools.seeming import seeming
 from bipot.tools.surfaces import Distance, Surface, Tips, frames
 from bipot.tools.tool import STRAIGHT_ON, FlatTool, Sampling, ShapedTool, Tool
@@ -190,6 +190,11 @@ class DeformableTool(Tool):
     def sides(self) -> Sides:
         """Both sides of the contact, of a tool that knows its mesh (:meth:`of`)."""
         return self.met.sides
+
+    @property
+    def near(self) -> Near:
+        """How high what leans away is faced."""
+        return Near.LONGER if self.welded else Near.OWN
 
     @property
     def seeming(self) -> Floats:

@@ -37,7 +37,7 @@ import scipy.sparse as sp
 from bipot.tensors import norm, unit
 from bipot.tools.fans import beside, fans, twice
 from bipot.tools.flats import flats, hat_integrals, outward, shapes
-from bipot.tools.pieces import FACES, LEAST, Pieces, pieces
+from bipot.tools.pieces import FACES, LEAST, Near, Pieces, pieces
 from bipot.tools.polygons import polygons
 from bipot.tools.surfaces import across
 from bipot.typing import Bools, Floats, Ints, Vector
@@ -121,10 +121,10 @@ class Integrands(NamedTuple):
     across: Floats
 
     @staticmethod
-    def of(nodes: Floats, sides: Sides, ring: bool) -> Integrands:
-        """Those where ``nodes`` (a, d) are at their present places; ``ring`` is as of :func:`pieces_of`."""
+    def of(nodes: Floats, sides: Sides, ring: bool, near: Near) -> Integrands:
+        """Those where ``nodes`` (a, d) are at their present places; ``ring`` and ``near`` as of :func:`pieces_of`."""
         one, other, beyond = sides.one, sides.other, flats(sides.other, nodes.shape[1])
-        found = pieces_of(nodes, one, other, ring)
+        found = pieces_of(nodes, one, other, ring, near)
         across = outward(nodes[beyond])[found.other]
         cosine = np.vecdot(outward(nodes[sides.flats])[found.one], across)
         share = np.clip((FACES - cosine) / (FACES - SQUARELY), 0.0, 1.0)
@@ -141,19 +141,19 @@ class Integrands(NamedTuple):
         )
 
 
-def pieces_of(nodes: Floats, one: Ints, other: Ints, ring: bool) -> Pieces:
-    """The pieces of facets ``one`` (f, n) and ``other`` (g, n) that face each other, with ``nodes`` at (a, d).
+def pieces_of(nodes: Floats, one: Ints, other: Ints, ring: bool, near: Near = Near.OWN) -> Pieces:
+    """The pieces of facets ``one`` (f, n) and ``other`` (g, n) that are ``near`` each other, with ``nodes`` at (a, d).
 
     In a plane it may be the meridian of a ``ring``.
     """
     if nodes.shape[1] == 2:
-        return pieces(nodes, one, other, ring)
-    return polygons(*(nodes[flats(of, 3)] for of in (one, other)))
+        return pieces(nodes, one, other, ring, near)
+    return polygons(*(nodes[flats(of, 3)] for of in (one, other)), near)
 
 
-def facing(nodes: Floats, sides: Sides, ring: bool) -> Facing:
-    """The points of the ``sides`` with ``nodes`` at their present places (a, d); ``ring`` as of :func:`pieces_of`."""
-    found, count, corners = Integrands.of(nodes, sides, ring), len(sides.node), nodes[sides.flats]
+def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Facing:
+    """The points of the ``sides`` with ``nodes`` at their present places (a, d); the rest as of :func:`pieces_of`."""
+    found, count, corners = Integrands.of(nodes, sides, ring, near), len(sides.node), nodes[sides.flats]
     point = sides.point[found.flat]
     share = np.einsum("sg,sgp->sp", found.weight, found.psi)
     square = np.einsum("sg,sgp,sgp->sp", found.weight, found.psi, found.psi)

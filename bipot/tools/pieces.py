@@ -5,6 +5,7 @@ Edges are polygons through their nodes (:mod:`bipot.tools.flats`).
 
 from __future__ import annotations
 
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -30,6 +31,23 @@ TOUCHES = 0.1
 touches the other side of a corner, however far inside of this one that is."""
 
 
+class Near(Enum):
+    """Up to which height what leans away is faced, as :data:`NEAR` allows or any: by the length of which flat part."""
+
+    OWN = "own"
+    """That which faces it."""
+    LONGER = "longer"
+    """The longer one. A fine side would else miss a weld to a coarse one, off whose surface edges are as they are long.
+    """
+    ANY = "any"
+
+    def highest(self, mine: Floats, its: Floats) -> Floats:
+        """Largest heights times sines (s,) of flats as long as ``mine`` (s,) before others as ``its`` (s,)."""
+        if self is Near.ANY:
+            return np.full_like(mine, np.inf)
+        return NEAR * (mine if self is Near.OWN else np.maximum(mine, its))
+
+
 class Pieces(NamedTuple):
     """Pieces (s,) of ``one`` flat part of facets (s,) that face pieces of the ``other`` (s,).
 
@@ -46,19 +64,21 @@ class Pieces(NamedTuple):
     lowest: Floats
 
 
-def pieces(nodes: Floats, one: Ints, other: Ints, ring: bool) -> Pieces:
+def pieces(nodes: Floats, one: Ints, other: Ints, ring: bool, near: Near = Near.OWN) -> Pieces:
     """The pieces of edges ``one`` (f, n) and ``other`` (g, n) of ``nodes`` (a, 2) that face each other.
 
     On a meridian, which is that of a ``ring``, dA has the radius. Integrals of hat functions times shape functions are
     exact. Of several pieces that face the same place the nearest counts; one that is farther behind the edge than both
-    edges are long does not, nor one behind the other side of a thin part. What is higher than :data:`NEAR` allows is
-    cut off.
+    edges are long does not, nor one behind the other side of a thin part. What is higher than ``near`` allows is cut
+    off.
     """
-    count, x = one.shape[1], nodes[flats(one, 2)]
-    found = _shadows(x, nodes[flats(other, 2)]).nearest().near(norm(x[:, 1] - x[:, 0]))
+    count, x, y = one.shape[1], nodes[flats(one, 2)], nodes[flats(other, 2)]
+    length, its = norm(x[:, 1] - x[:, 0]), norm(y[:, 1] - y[:, 0])
+    found = _shadows(x, y).nearest()
+    found = found.low_enough(length, near.highest(length[found.one], its[found.other]))
     places, weights = np.polynomial.legendre.leggauss(count)
     xi, eta = (at[:, :1] + np.diff(at) * (places + 1) / 2 for at in (found.xi, found.eta))
-    weight = np.diff(found.xi) * weights / 2 * norm(x[:, 1] - x[:, 0])[found.one, None]
+    weight = np.diff(found.xi) * weights / 2 * length[found.one, None]
     if ring:
         weight *= _on(x[found.one], xi)[..., 0]
     lowest = (found.heights[:, :1] + found.eta * np.diff(found.heights)).min(axis=1)
@@ -120,11 +140,14 @@ class Shadows(NamedTuple):
             end.append(bounds[1:][met])
         return self.only(np.concatenate(kept))._replace(low=np.concatenate(begin), high=np.concatenate(end))
 
-    def near(self, length: Floats) -> Shadows:
-        """Without what is beside the straights of this ``length`` (f,) and not before them (:data:`NEAR`)."""
+    def low_enough(self, length: Floats, highest: Floats) -> Shadows:
+        """Without what is beside the straights of this ``length`` (f,) and not before them.
+
+        Heights times the sines of angles between both are no larger than the ``highest`` (s,).
+        """
         rise, run = np.diff(self.heights)[:, 0], np.diff(self.ends)[:, 0] * length[self.one]
         sine = np.abs(rise) / np.hypot(rise, run)
-        beyond = self.height(self.xi) * sine[:, None] - NEAR * length[self.one, None]
+        beyond = self.height(self.xi) * sine[:, None] - highest[:, None]
         first, last = beyond.T
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = self.low + (self.high - self.low) * first / (first - last)

@@ -12,7 +12,7 @@ import numpy as np
 
 from bipot.tensors import norm, unit
 from bipot.tools.flats import SQUARE, bilinear, outward
-from bipot.tools.pieces import FACES, LEAST, NEAR, TOUCHES, Pieces
+from bipot.tools.pieces import FACES, LEAST, TOUCHES, Near, Pieces
 from bipot.tools.plane import area_of, cross
 from bipot.typing import Bools, Floats, Ints, max_abs
 
@@ -39,12 +39,12 @@ SHARES = np.array([9 / 40, *np.repeat((155 + ROOTS) / 1200, 3)])
 """Its weights (7,) in the mean."""
 
 
-def polygons(one: Floats, other: Floats) -> Pieces:
+def polygons(one: Floats, other: Floats, near: Near = Near.OWN) -> Pieces:
     """The polygons in which faces ``one`` (f, k, 3) and ``other`` (g, l, 3) face each other, cut into triangles.
 
     Seen along the normals of the former, of several faces before one place the nearest counts, and none that is farther
     behind it than both are large, or behind the other side of a thin part. What is higher than
-    :data:`~bipot.tools.pieces.NEAR` allows is cut off. The least gap of a triangle is that of its polygon.
+    ``near`` allows is cut off. The least gap of a triangle is that of its polygon.
     """
     out = outward(one)
     i, j = _near(one, other, out, outward(other))
@@ -61,7 +61,7 @@ def polygons(one: Floats, other: Floats) -> Pieces:
     before = ~_through(one, out, i[some], middle[some, 0], -gaps[:, -1])
     some, above = some[before], gaps[before, -1]
     kept = some[~_hidden(i[some], b[some], middle[some, 0], above, share[some])]
-    piece, fans = _before(one, other, i[kept], j[kept], ends[kept])
+    piece, fans = _before(one, other, i[kept], j[kept], ends[kept], near)
     area = area_of(fans)
     some = np.flatnonzero(area > LEAST**2 * whole[kept[piece]])
     piece, places = kept[piece[some]], RULE @ fans[some]
@@ -69,20 +69,21 @@ def polygons(one: Floats, other: Floats) -> Pieces:
     return Pieces(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
 
 
-def _before(one: Floats, other: Floats, i: Ints, j: Ints, ends: Floats) -> tuple[Ints, Floats]:
+def _before(one: Floats, other: Floats, i: Ints, j: Ints, ends: Floats, near: Near) -> tuple[Ints, Floats]:
     """Triangles (t, 3, 2) of polygons ``ends`` (p, v, 2), without what is beside faces and not before them, and whose.
 
-    That is as of :data:`~bipot.tools.pieces.NEAR`, by the mean plane of the other face.
+    That is what ``near`` does not allow, by the mean plane of the other face.
     """
     frame, normal = _axes(one[i]), outward(other)[j]
     along = np.einsum("pax,px->pa", frame, normal)
-    size = norm(one[:, :, None] - one[:, None]).max(axis=(1, 2))
+    mine, its = (norm(of[:, :, None] - of[:, None]).max(axis=(1, 2)) for of in (one, other))
     # n . (x - c) = 0 with the other's normal n and mean c, from the mean of the one.
     way, down = other[j].mean(axis=1) - one[i].mean(axis=1), np.vecdot(normal, outward(one)[i])
     height = (np.vecdot(way, normal)[:, None] - np.einsum("pva,pa->pv", ends, along)) / down[:, None]
-    beyond = height * norm(along)[:, None] - NEAR * size[i, None]
-    near, some = (beyond <= 0).all(axis=1), (beyond < 0).any(axis=1)
-    found = [(np.flatnonzero(near), ends[near]), (np.flatnonzero(some & ~near), _cut(ends, beyond)[some & ~near])]
+    beyond = height * norm(along)[:, None] - near.highest(mine[i], its[j])[:, None]
+    whole = (beyond <= 0).all(axis=1)
+    cut = ~whole & (beyond < 0).any(axis=1)
+    found = [(np.flatnonzero(whole), ends[whole]), (np.flatnonzero(cut), _cut(ends[cut], beyond[cut]))]
     fans = [_fans(polygon) for _, polygon in found]
     whose = [np.repeat(pair, of.shape[1]) for (pair, _), of in zip(found, fans, strict=True)]
     return np.concatenate(whose), np.concatenate([of.reshape(-1, 3, 2) for of in fans])
