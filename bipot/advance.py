@@ -20,6 +20,7 @@ from bipot.tensors import norm
 from bipot.tools.aloft import Carried
 from bipot.tools.deformable import DeformableTool
 from bipot.tools.meeting import Meeting
+from bipot.tools.pieces import Near
 from bipot.tools.poses import pose_size
 from bipot.typing import Bools, Floats, Vector, max_abs
 
@@ -252,12 +253,17 @@ class Advance:
     @cached_property
     def farther(self) -> Floats:
         """How much farther off (2, c) deformable tools are felt at start and end (:mod:`bipot.contact.faced`)."""
+        ended = self.candidates.of_points(*(at.farther for at in self.candidates.points))
+        return np.stack([self.felt(self.start.nodes), ended])
+
+    def felt(self, nodes: Floats, near: Near | None = None) -> Floats:
+        """How much farther off (c,) they are felt with ``nodes`` at (a, d); ``near`` as of :func:`points`."""
         contacts, scene = self.candidates, self.candidates.scene
-        begun = [
-            points(scene, tool, self.start.nodes) if isinstance(tool, DeformableTool) else at
+        every = [
+            points(scene, tool, nodes, near) if isinstance(tool, DeformableTool) else at
             for tool, at in zip(scene.tools, contacts.points, strict=True)
         ]
-        return np.stack([contacts.of_points(*(at.farther for at in every)) for every in (begun, contacts.points)])
+        return contacts.of_points(*(at.farther for at in every))
 
     @cached_property
     def opening(self) -> Floats:

@@ -69,6 +69,7 @@ from bipot.schedule import ROUND_OFF
 from bipot.state import State
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.tools.pieces import Near
 from bipot.typing import Bools, Floats, times, vdot
 
 
@@ -209,10 +210,18 @@ class Passage:
 
     @cached_property
     def past_ends(self) -> tuple[Bools, Bools]:
-        """Which candidates (c,) come before a deformable tool, and which go from it, by sliding past an end."""
-        begun, ended = self.increment.tools.farther
-        come = (begun > 0) & np.isfinite(ended) & ~self.held
-        return come, np.isfinite(begun) & (ended > 0) & ~self.held & ~come
+        """Which candidates (c,) come before a deformable tool, and which go from it, by sliding past an end.
+
+        What is not faced because it leans away is before them, in the air.
+        """
+        tools = self.increment.tools
+        begun, ended = tools.farther
+        moved = ~self.held & (self.start.forces.any(axis=1) | self.r.any(axis=1))
+        if not (moved & ((begun > 0) | (ended > 0))).any():
+            return np.zeros((2, len(moved)), dtype=bool)
+        before, after = (tools.felt(nodes, Near.ANY) > 0 for nodes in (self.start.nodes, self.iterate.nodes))
+        come = moved & before & np.isfinite(ended)
+        return come, moved & after & np.isfinite(begun) & ~come
 
     @cached_property
     def slip(self) -> Floats:

@@ -1,5 +1,8 @@
 """Energy where points come before deformable tools, and leave them, by sliding past an end of these."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from bipot import (
@@ -60,3 +63,20 @@ def test_work_is_dissipated_whichever_side_has_the_candidates(element):
         energies = steps[-1].energies
         assert energies.friction == pytest.approx(gone, rel=0.015 if long else 0.005)
         assert abs(energies.energy_error) < 2e-3
+
+
+def test_what_lands_from_the_air_slips_there_only_where_it_is_in_touch():
+    """An arc that leans away was not faced at the start, and its way through the air counted as friction: ten times."""
+    low, up = block(3.0, 0.5, 8, 2), block(1.0, 0.5, 6, 2)
+    x, y = up.nodes.T
+    arc = replace(up, nodes=np.stack([x + 1.0, y + 0.8 + 0.1 * (2 * x - 1) ** 2 * (1 - 2 * y)], axis=1))
+    supports = (
+        *(Support("low/base", axis) for axis in (0, 1)),
+        Prescribed("up/top", 0, 0.1),
+        Prescribed("up/top", 1, -0.31),
+    )
+    tool = DeformableTool(("low/top",), ("up/base",), MU)
+    scene = Scene(together({"low": low, "up": arc}), Geometry.PLANE_STRAIN, ELASTIC, supports, (tool,))
+    long, short = (list(march(scene, Schedule(n), Control(Newton(), ())))[-1].energies for n in (1, 4))
+    assert long.friction == pytest.approx(short.friction, rel=0.15)
+    assert abs(long.energy_error) < 5e-3
