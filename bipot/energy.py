@@ -218,7 +218,8 @@ class Passage:
         begun, ended = tools.farther
         moved = ~self.held & (self.start.forces.any(axis=1) | self.r.any(axis=1))
         if not (moved & ((begun > 0) | (ended > 0))).any():
-            return np.zeros((2, len(moved)), dtype=bool)
+            none = np.zeros(len(moved), dtype=bool)
+            return none, none
         before, after = (tools.felt(nodes, Near.ANY) > 0 for nodes in (self.start.nodes, self.iterate.nodes))
         come = moved & before & np.isfinite(ended)
         return come, moved & after & np.isfinite(begun) & ~come

@@ -148,7 +148,7 @@ def pieces_of(nodes: Floats, one: Ints, other: Ints, ring: bool, near: Near = Ne
     """
     if nodes.shape[1] == 2:
         return pieces(nodes, one, other, ring, near)
-    return polygons(*(nodes[flats(of, 3)] for of in (one, other)), near)
+    return polygons(nodes[flats(one, 3)], nodes[flats(other, 3)], near)
 
 
 def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Facing:
