@@ -51,7 +51,7 @@ def blocks(element, lower, upper, height, clearance=0.0):
 def gaps(mesh, candidates, surface):
     """Gaps at rest of what the candidates face, those of them that are none, and where they are."""
     tool = DeformableTool((surface,), (candidates,), np.inf).of(mesh)
-    found = facing(mesh.nodes, tool.sides, ring=False)
+    found = facing(mesh.nodes, tool.sides, False, tool.near)
     gap = np.vecdot(found.normal, means_of(mesh.nodes, found))
     return gap, tool.seeming, mesh.nodes[tool.sides.node]
 
