@@ -173,9 +173,27 @@ def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Fa
     theirs[unfaced] = ours[unfaced] = alone[unfaced]
     squarely = area / np.where(seen > 0, seen, 1.0)
     normal = unit(part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours))
-    # An edge on the axis has no area.
-    shares = np.minimum(np.divide(faced, whole, out=np.zeros_like(whole), where=whole > 0), 1.0)
-    return Facing(_weights(found, point, area, unfaced, sides), normal, unfaced, part, shares, reach, squarely)
+    return Facing(
+        _weights(found, point, area, unfaced, sides),
+        normal,
+        unfaced,
+        part,
+        _shares(sides, faced, whole),
+        reach,
+        squarely,
+    )
+
+
+def _shares(sides: Sides, faced: Floats, whole: Floats) -> Floats:
+    """Parts (l, k) of int psi dA ``whole`` (l, k) that are ``faced`` (l, k), none of an edge on the axis.
+
+    Of two corners that are one it is that of both.
+    """
+    one = sides.flats[:, -1] == sides.flats[:, -2]
+    mine, all_of = faced.copy(), whole.copy()
+    for of in (mine, all_of):
+        of[one, -2:] = of[one, -2:].sum(axis=1, keepdims=True)
+    return np.minimum(np.divide(mine, all_of, out=np.zeros_like(whole), where=all_of > 0), 1.0)
 
 
 def _sums(point: Ints, values: Floats, count: int) -> Floats:

@@ -43,7 +43,7 @@ def means(scene: Scene, nodes: Floats) -> list[Seen]:
     for tool in scene.tools:
         assert isinstance(tool, DeformableTool)
         one, other = (_edges(scene, names) for names in (tool.candidates, tool.surface))
-        out.append(seen(scene.mesh.nodes, nodes, one, other, scene.ring))
+        out.append(seen(scene.mesh.nodes, nodes, one, other, scene.ring, welded=tool.welded))
     return out
 
 

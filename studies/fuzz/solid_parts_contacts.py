@@ -166,7 +166,8 @@ def _off(fine: SeenInSpace, rough: list[SeenInSpace], value: Callable[[SeenInSpa
 
 def _each(scene: Scene, nodes: Floats, rough: int | None = None) -> list[SeenInSpace]:
     """The points of each tool with nodes at ``nodes`` (a, 3)."""
-    return [seen(scene.mesh.nodes, nodes, *sides(scene, k), rough) for k in range(len(scene.tools))]
+    every = enumerate(scene.tools)
+    return [seen(scene.mesh.nodes, nodes, *sides(scene, k), rough, welded=tool.welded) for k, tool in every]
 
 
 def _joined(found: list[SeenInSpace]) -> SeenInSpace:

@@ -5,8 +5,8 @@ of a part of the one boundary the nearest of the places y is faced, along the pa
 other one whose normals are against m, m . m' < -1/10. Those farther behind x than both parts are long are left out,
 and those of which a third part of the one boundary, that turns away from x, is between, or is nearer than a tenth of
 how far they are behind the first. Nor are those faced whose height over x, times the sine of the angle between both
-parts, is more than 0.03 of the length of that of x. Points are the nodes of the one boundary, two where it turns by
-more than 60 degrees at rest, with hats psi over their parts, and
+parts, is more than 0.03 of the length of that of x, or of the longer one where sides are welded. Points are the nodes
+of the one boundary, two where it turns by more than 60 degrees at rest, with hats psi over their parts, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,    n_p ~ -int psi_p m dA
 
@@ -112,7 +112,7 @@ def squarely(cosine: float) -> float:
     return float(np.clip((AGAINST - cosine) / (AGAINST + 0.5), 0.0, 1.0))
 
 
-def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool) -> Seen:
+def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool, *, welded: bool = False) -> Seen:
     """The points of edges ``one`` (f, n) that face edges ``other`` (g, n), with nodes at ``nodes`` (a, 2)."""
     own, others = Straight.of(one), Straight.of(other)
     node, at = points(rest, own.ends)
@@ -136,8 +136,10 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
                 continue
             if high - low > NOTHING:
                 lowest = min(lowest, *np.interp([low, high], *_rising(s[nearest], h[nearest])))
-            rising = float(np.diff(h[nearest])[0] / np.diff(s[nearest])[0] / length)
-            part = _before((low, high), s[nearest], h[nearest], STEEP * length * np.hypot(1, rising), abs(rising))
+            rise, run = np.diff(h[nearest])[0], np.diff(s[nearest])[0] * length
+            other_length = float(np.hypot(rise, run))
+            most = STEEP * (max(length, other_length) if welded else length)
+            part = _before((low, high), s[nearest], h[nearest], most, abs(float(rise)) / other_length)
             if part is None:
                 continue
             (place, weight), parts = _hats(*part, start, end, length, axisymmetric)
@@ -204,12 +206,12 @@ def _rising(s: Floats, h: Floats) -> tuple[Floats, Floats]:
     return s[order], h[order]
 
 
-def _before(bounds: tuple[float, float], s: Floats, h: Floats, most: float, slope: float) -> tuple[float, float] | None:
-    """Where between ``bounds`` a part over s (2,) at the heights h (2,) is no higher than ``most`` over ``slope``."""
+def _before(bounds: tuple[float, float], s: Floats, h: Floats, most: float, sine: float) -> tuple[float, float] | None:
+    """Where in the ``bounds`` a part over s (2,) at the heights h (2,) is no higher than ``most`` over the ``sine``."""
     low, high = bounds
-    if slope * h.max() > most:
+    if sine * h.max() > most:
         ends = s[np.argsort(h)]
-        bound = ends[0] + (most / slope - h.min()) / np.ptp(h) * (ends[1] - ends[0])
+        bound = ends[0] + (most / sine - h.min()) / np.ptp(h) * (ends[1] - ends[0])
         low, high = (low, min(high, bound)) if ends[0] < ends[1] else (max(low, bound), high)
     return (low, high) if high > low else None
 

@@ -6,9 +6,9 @@ mean plane, a triangle or square of the one boundary has polygons in common with
 are against it, m . m' < -1/10, and which are not farther behind it than both are large. Of polygons over each other the
 lowest counts, and none that a third face of the one boundary, which turns away, is before, or that is nearer to a third
 face than a tenth of how far it is behind the first. Where the mean plane of what is faced is higher than 0.03 of the
-longest edge or diagonal of the one face, over the sine of the angle between both, nothing is. Points are the corners
-of the one boundary, of faces that go on from each other by no more than 60 degrees at rest over common edges, with
-their shape functions psi, and
+longest edge or diagonal of the one face, of both where they are welded, over the sine of the angle between both,
+nothing is. Points are the corners of the one boundary, of faces that go on from each other by no more than 60 degrees
+at rest over common edges, with their shape functions psi, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,
 
@@ -103,7 +103,9 @@ class _Face:
         return bool((side > 0).all() or (side < 0).all())
 
 
-def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None = None) -> SeenInSpace:
+def seen(
+    rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None = None, *, welded: bool = False
+) -> SeenInSpace:
     """The points of faces ``one`` (f, n) that face faces ``other`` (g, n), with nodes at ``nodes`` (a, 3).
 
     Corners run anticlockwise as seen from outside. The rule is fine, or one of those that are :data:`ROUGH`.
@@ -122,7 +124,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, rough: int | None 
         mine, found = _before(nodes, flats, others, outer, facing, i)
         for j, its, polygon in found:
             lowest = min(lowest, *its.height(polygon), *its.height(polygon.mean(axis=0)[None]))
-            if len(polygon := _low(nodes[face], nodes[others[j]], (outer[i], facing[j]), polygon)) < 3:
+            if len(polygon := _low(nodes[face], nodes[others[j]], (outer[i], facing[j]), polygon, welded)) < 3:
                 continue
             places, weight = _over(polygon, rule, rough or 0)
             psi, theirs = mine.shapes(places), its.shapes(places)
@@ -208,12 +210,12 @@ def _shown(
     return not any(f != i and _beside(deepest, -BESIDE * height, x[f], outer[f]) for f in range(len(one)))
 
 
-def _low(x: Floats, y: Floats, normals: tuple[Floats, Floats], polygon: Floats) -> Floats:
+def _low(x: Floats, y: Floats, normals: tuple[Floats, Floats], polygon: Floats, welded: bool) -> Floats:
     """The corners (w, 2) of what is left of a polygon (v, 2) in the mean plane of x (k, 3) where that of y is low."""
     middle, axes = _plane(x, normals[0])
     normal, way = axes @ normals[1], axes @ (y.mean(axis=0) - middle)
     sine = float(np.linalg.norm(normal[:2]))
-    most = STEEP * max(float(np.linalg.norm(a - b)) for a in x for b in x)
+    most = STEEP * max(float(np.linalg.norm(a - b)) for of in ((x, y) if welded else (x,)) for a in of for b in of)
     above = [sine * float((normal @ way - normal[:2] @ place) / normal[2]) - most for place in polygon]
     return np.array(kept(list(polygon), above)).reshape(-1, 2)
 
