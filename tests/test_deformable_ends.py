@@ -27,6 +27,7 @@ from bipot import (
     together,
 )
 from bipot.tools.facing import FILLET, ROUND, facing, rounding
+from studies.accuracy.die import scene_of
 from studies.independent.facing import farther
 from tests.deformable import ELASTIC, shifted
 from tests.deformable import pressed as pressed_by_wider
@@ -192,6 +193,13 @@ def _less(degrees, sides, **how):
         *_, last = march(flared(degrees, surface, **how), Schedule(2), NEWTON)
         forces.append(abs(last.tool_force(0)[-1]))
     return 1 - forces[1] / forces[0]
+
+
+def test_a_side_that_turns_towards_a_die_does_not_bear_at_once_what_its_corner_does():
+    """Its foot is faced from 84 degrees on, near the corner; without an end configurations pushed each other off."""
+    steps = list(march(scene_of(0.3, 5), Schedule(accuracy=1e-3), NEWTON))
+    assert all(step.cuts == 0 for step in steps)
+    assert sum(step.passes for step in steps) < 200
 
 
 @pytest.mark.slow
