@@ -17,6 +17,7 @@ from bipot import (
     Symmetry,
     VonMises,
     block,
+    brick,
     cylinder,
     together,
 )
@@ -73,3 +74,22 @@ def bulging(off, swapped=False):
     sides = (("low/top",), ("up/base",)) if swapped else (("up/base",), ("low/top",))
     supports = Support("low/base", 0), Support("low/base", 1), Support("up/top", 0), Prescribed("up/top", 1, -0.04)
     return Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, supports, (DeformableTool(*sides, 0.0),))
+
+
+def flared(degrees, surface, dimension=2, swapped=False, fine=1, press=0.01, mu=0.0):
+    """A block, its sides at an angle to the floor that it is pressed into, less deep than they would touch."""
+    if dimension == 2:
+        low, up = block(3.0, 1.0, 15 * fine, 5 * fine), block(1.0, 0.5, 4 * fine, 2 * fine)
+    else:
+        low, up = brick(3.0, 3.0, 1.0, 6, 6, 2), brick(1.0, 1.0, 0.5, 3, 3, 2)
+    x, z = up.nodes[:, :-1], up.nodes[:, -1:]
+    out = 1 + 2 * z / np.tan(np.radians(degrees))
+    up = replace(up, nodes=np.hstack([1.53 + (x - 0.5) * out, z + 1.0]))
+    supports = (
+        *(Support("low/base", axis) for axis in range(dimension)),
+        *(Support("up/top", axis) for axis in range(dimension - 1)),
+        Prescribed("up/top", dimension - 1, -press),
+    )
+    sides = (("low/top",), surface) if swapped else (surface, ("low/top",))
+    geometry = Geometry.PLANE_STRAIN if dimension == 2 else Geometry.SOLID
+    return Scene(together({"low": low, "up": up}), geometry, ELASTIC, supports, (DeformableTool(*sides, mu),))

@@ -29,7 +29,7 @@ from bipot import (
 from bipot.tools.facing import FILLET, ROUND, facing, rounding
 from studies.accuracy.die import scene_of
 from studies.independent.facing import farther
-from tests.deformable import ELASTIC, shifted
+from tests.deformable import ELASTIC, flared, shifted
 from tests.deformable import pressed as pressed_by_wider
 
 NEWTON = Control(Newton(), ())
@@ -150,25 +150,6 @@ def test_what_is_faced_changes_continuously_as_a_wall_leans(dimension):
         found.append(np.concatenate([of.weights @ mesh.nodes[:, -1], of.normal.ravel(), of.part]))
     steps = np.abs(np.diff(found, axis=0)).max(axis=1)
     assert 0 < steps.max() < 0.05
-
-
-def flared(degrees, surface, dimension=2, swapped=False, fine=1):
-    """A block, its sides at an angle to the floor that it is pressed into, less deep than they would touch."""
-    if dimension == 2:
-        low, up = block(3.0, 1.0, 15 * fine, 5 * fine), block(1.0, 0.5, 4 * fine, 2 * fine)
-    else:
-        low, up = brick(3.0, 3.0, 1.0, 6, 6, 2), brick(1.0, 1.0, 0.5, 3, 3, 2)
-    x, z = up.nodes[:, :-1], up.nodes[:, -1:]
-    out = 1 + 2 * z / np.tan(np.radians(degrees))
-    up = replace(up, nodes=np.hstack([1.53 + (x - 0.5) * out, z + 1.0]))
-    supports = (
-        *(Support("low/base", axis) for axis in range(dimension)),
-        *(Support("up/top", axis) for axis in range(dimension - 1)),
-        Prescribed("up/top", dimension - 1, -0.01),
-    )
-    sides = (("low/top",), surface) if swapped else (surface, ("low/top",))
-    geometry = Geometry.PLANE_STRAIN if dimension == 2 else Geometry.SOLID
-    return Scene(together({"low": low, "up": up}), geometry, ELASTIC, supports, (DeformableTool(*sides, 0.0),))
 
 
 @pytest.mark.parametrize("swapped", [False, True])

@@ -24,7 +24,7 @@ from bipot import (
     march,
     together,
 )
-from tests.deformable import shifted
+from tests.deformable import flared, shifted
 from tests.scenes import refused
 
 NEWTON = Control(Newton(), ())
@@ -162,3 +162,15 @@ def test_welded_rings_of_two_materials_are_pulled_as_lame_has_it(element, side):
         nodes = mesh.boundary_nodes(name)
         radial = np.vecdot(mesh.nodes[nodes], last.displacement[nodes])
         np.testing.assert_allclose(radial, bonded(SOFT, stiff, stress), rtol=1e-3 if element.quadratic else 1e-2)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_walls_beyond_a_crease_take_nothing_from_a_weld(dimension):
+    """Before the floor's points there was a gap, of the wall's foot, and in space nothing was welded."""
+    walls = ("left", "right") if dimension == 2 else ("left", "right", "front", "back")
+    forces = []
+    for surface in (("up/base",), ("up/base", *(f"up/{wall}" for wall in walls))):
+        *_, last = march(flared(75, surface, dimension, press=-0.01, mu=np.inf), Schedule(1), NEWTON)
+        forces.append(last.tool_force(0)[-1])
+    assert abs(forces[0]) > 2000
+    assert forces[1] == pytest.approx(forces[0], rel=1e-3)

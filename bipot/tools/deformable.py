@@ -194,7 +194,7 @@ class DeformableTool(Tool):
     @property
     def near(self) -> Near:
         """How high what leans away is faced."""
-        return Near.LONGER if self.welded else Near.OWN
+        return Near.WELDED if self.welded else Near.OWN
 
     @property
     def seeming(self) -> Floats:

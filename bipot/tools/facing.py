@@ -45,6 +45,11 @@ from bipot.typing import Bools, Floats, Ints, Vector
 SQUARELY = -0.5
 """Largest product of the outward normals of two facets that face each other wholly; at :data:`FACES` nothing counts."""
 
+WELDS = -0.4
+"""Largest such product at which sides are welded: not what is seen across a crease of more than 60 degrees, which is
+oblique by no less. Exactly 60 degrees are no crease.
+"""
+
 ROUND, FILLET = 0.1, 0.1
 """Reach of the other side before a point below which the point is at a rounded end, and how deep this is rounded, over
 the longest edge or diagonal from there."""
@@ -128,6 +133,8 @@ class Integrands(NamedTuple):
         across = outward(nodes[beyond])[found.other]
         cosine = np.vecdot(outward(nodes[sides.flats])[found.one], across)
         share = np.clip((FACES - cosine) / (FACES - SQUARELY), 0.0, 1.0)
+        if near is Near.WELDED:
+            found, share = found._replace(weight=found.weight * (cosine <= WELDS)[:, None]), np.ones_like(share)
         return Integrands(
             flat=found.one,
             own=one[found.one // (len(sides.flats) // len(one))],

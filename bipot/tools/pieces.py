@@ -36,7 +36,7 @@ class Near(Enum):
 
     OWN = "own"
     """That which faces it."""
-    LONGER = "longer"
+    WELDED = "welded"
     """The longer one. A fine side would else miss a weld to a coarse one, off whose surface edges are as they are long.
     """
     ANY = "any"

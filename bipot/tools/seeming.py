@@ -36,7 +36,7 @@ def seeming(sides: Sides, ring: bool, planes: Sequence[Plane]) -> Floats:
     That is, where they are no larger than what both sides miss of one surface; ``ring`` is as of :func:`facing`, and
     ``planes`` as of :func:`in_planes`.
     """
-    found = facing(sides.nodes, sides, ring, Near.LONGER)
+    found = facing(sides.nodes, sides, ring, Near.WELDED)
     normal = in_planes(found.normal, sides.nodes[sides.node], planes)
     gap = np.vecdot(normal, means_of(sides.nodes, found))
     return np.where(np.abs(gap) <= missed(sides, found, planes), gap, 0.0)

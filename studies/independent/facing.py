@@ -5,8 +5,9 @@ of a part of the one boundary the nearest of the places y is faced, along the pa
 other one whose normals are against m, m . m' < -1/10. Those farther behind x than both parts are long are left out,
 and those of which a third part of the one boundary, that turns away from x, is between, or is nearer than a tenth of
 how far they are behind the first. Nor are those faced whose height over x, times the sine of the angle between both
-parts, is more than 0.03 of the length of that of x, or of the longer one where sides are welded. Points are the nodes
-of the one boundary, two where it turns by more than 60 degrees at rest, with hats psi over their parts, and
+parts, is more than 0.03 of the length of that of x. Where sides are welded this is the longer of both lengths, and
+m . m' at most -0.4. Points are the nodes of the one boundary, two where it turns by more than 60 degrees at rest, with
+hats psi over their parts, and
 
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,    n_p ~ -int psi_p m dA
 
@@ -29,6 +30,9 @@ from studies.independent.shapes import line
 
 AGAINST, TURN = -0.1, np.deg2rad(60.0)
 """The largest m . m' of what is faced, and the largest turn at a point."""
+
+WELDS = -0.4
+"""The largest m . m' of what is welded."""
 
 BESIDE = 0.1
 """How near to a third part, over how far it is behind the first, a place is before that one instead."""
@@ -104,11 +108,13 @@ def points(rest: Floats, edges: Ints) -> tuple[Ints, Ints]:
     return np.array(node, dtype=np.intp), at
 
 
-def squarely(cosine: float) -> float:
+def squarely(cosine: float, welded: bool) -> float:
     """How much of it counts what is faced with normals at an angle of this ``cosine``: all at more than 120 degrees.
 
-    Nothing at :data:`AGAINST`, and in proportion in between.
+    Nothing at :data:`AGAINST`, and in proportion in between. Of what is ``welded`` all counts from :data:`WELDS` on.
     """
+    if welded:
+        return float(cosine <= WELDS)
     return float(np.clip((AGAINST - cosine) / (AGAINST + 0.5), 0.0, 1.0))
 
 
@@ -143,7 +149,9 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
             if part is None:
                 continue
             (place, weight), parts = _hats(*part, start, end, length, axisymmetric)
-            counted = squarely(facing[k[nearest]] @ outer[i])
+            counted = squarely(facing[k[nearest]] @ outer[i], welded)
+            if not counted:
+                continue
             there[at[i]] += parts
             weight, parts = counted * weight, counted * parts
             eta = (place - s[nearest, 0]) / (s[nearest, 1] - s[nearest, 0])

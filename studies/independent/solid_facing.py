@@ -127,9 +127,11 @@ def seen(
             if len(polygon := _low(nodes[face], nodes[others[j]], (outer[i], facing[j]), polygon, welded)) < 3:
                 continue
             places, weight = _over(polygon, rule, rough or 0)
-            psi, theirs = mine.shapes(places), its.shapes(places)
+            psi, theirs, counted = mine.shapes(places), its.shapes(places), squarely(facing[j] @ outer[i], welded)
+            if not counted:
+                continue
             np.add.at(there, at[i], weight @ psi)
-            weight *= squarely(facing[j] @ outer[i])
+            weight *= counted
             share = weight @ psi
             # A point may be at two corners that are one.
             np.add.at(area, at[i], share)
