@@ -59,6 +59,7 @@ def test_the_fast_study_has_the_foreign_force(tmp_path):
 
 
 @INSTALLED
+@pytest.mark.slow
 def test_most_of_the_difference_is_due_to_the_increments_of_calculix():
     """Its force without friction comes to the known one with order one in them, to 0.15 %; ours is there to 0.03 %."""
     coarse, middle, fine = (calculated(deck(x), MARKS[-1:], CCX or "").forces[0] for x in (0.02, 0.01, 0.005))
