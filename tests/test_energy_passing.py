@@ -80,3 +80,24 @@ def test_what_lands_from_the_air_slips_there_only_where_it_is_in_touch():
     long, short = (list(march(scene, Schedule(n), Control(Newton(), ())))[-1].energies for n in (1, 4))
     assert long.friction == pytest.approx(short.friction, rel=0.15)
     assert abs(long.energy_error) < 5e-3
+
+
+@pytest.mark.parametrize("degrees", [45, 62])
+def test_a_wedge_that_is_dragged_over_a_floor_is_held_back(degrees):
+    """Of its flanks only the feet are faced; the normals there were those of the flanks, and the rear one pushed on."""
+    low, up = block(3.0, 0.5, 8, 2), block(1.0, 0.5, 4, 2)
+    x, y = up.nodes.T
+    steep = np.tan(np.radians(degrees))
+    wedge = np.stack([x + 0.8, 0.5 + y + steep * (np.abs(x - 0.5) * (1 - 2 * y) + y)], axis=1)
+    supports = (
+        *(Support("low/base", axis) for axis in (0, 1)),
+        Prescribed("up/top", 0, 0.3),
+        Prescribed("up/top", 1, -0.02),
+    )
+    tool = DeformableTool(("low/top",), ("up/base",), MU)
+    mesh = together({"low": low, "up": replace(up, nodes=wedge)})
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, supports, (tool,))
+    *_, last = march(scene, Schedule(8), Control(Newton(), ()))
+    along, across = last.tool_force(0)
+    assert along == pytest.approx(-MU * across, rel=0.05)
+    assert abs(last.energies.energy_error) < 0.01

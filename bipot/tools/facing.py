@@ -17,8 +17,8 @@ the side of the points, the gap is n_p . z_p, and a force r_p acts on the nodes 
 The distance from x to y(x), along the normal n of x, changes by m . v / (n . m) as the sides move by v to each other,
 with the normal m of y(x). Forces that do the work of the gaps are therefore along m: a corner that ploughs is pushed
 back by the slope before it. n_p is the mean of the outward normals m over what is faced. Of a point of which only a
-part faces the other side, because that ends there, and moves on over a slope of this side, it is this part of that
-mean, and for the rest the mean of the inward normals of its own side.
+part is before the other side, because that ends there, and moves on over a slope of this side, it is this part of that
+mean, and for the rest the mean of the inward normals of its own side. The other side does not end where it leans away.
 
 Quadratic edges and faces are those of their shape functions in the vectors between the sides, and polygons where it is
 asked what faces what. On straight edges with centred middle nodes the two are the same. A point at each end alone would
@@ -179,7 +179,8 @@ def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Fa
     np.add.at(alone, sides.point, -out[:, None])
     theirs[unfaced] = ours[unfaced] = alone[unfaced]
     squarely = area / np.where(seen > 0, seen, 1.0)
-    normal = unit(part[:, None] * unit(theirs) + (1 - part[:, None]) * unit(ours))
+    before = _before(nodes, sides, ring, whole) if near is Near.OWN else part
+    normal = unit(before[:, None] * unit(theirs) + (1 - before[:, None]) * unit(ours))
     return Facing(
         _weights(found, point, area, unfaced, sides),
         normal,
@@ -189,6 +190,16 @@ def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Fa
         reach,
         squarely,
     )
+
+
+def _before(nodes: Floats, sides: Sides, ring: bool, whole: Floats) -> Floats:
+    """The part (p,) of int psi_p dA, by its shares ``whole`` (l, k), before which the other side goes on.
+
+    However high that is and however oblique: it does not end where it leans away and is no longer faced.
+    """
+    found, count = pieces_of(nodes, sides.one, sides.other, ring, Near.ANY), len(sides.node)
+    mine = _sums(sides.point[found.one], np.einsum("sg,sgp->sp", found.weight, found.mine), count)
+    return np.minimum(mine / _sums(sides.point, whole, count), 1.0)
 
 
 def _shares(sides: Sides, faced: Floats, whole: Floats) -> Floats:
