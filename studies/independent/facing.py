@@ -123,7 +123,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     own, others = Straight.of(one), Straight.of(other)
     node, at = points(rest, own.ends)
     weights, normal, free = np.zeros((len(node), len(nodes))), np.zeros((len(node), 2)), np.zeros((len(node), 2))
-    across, (area, square, there, whole) = np.zeros((len(node), 2)), np.zeros((4, len(node)))
+    across, (area, square, there, before, whole) = np.zeros((len(node), 2)), np.zeros((5, len(node)))
     x, y, lowest = nodes[own.ends], nodes[others.ends], 0.0
     outer, facing = (_normals(of) for of in (x, y))
     for i, (start, end) in enumerate(x):
@@ -142,6 +142,7 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
                 continue
             if high - low > NOTHING:
                 lowest = min(lowest, *np.interp([low, high], *_rising(s[nearest], h[nearest])))
+            before[at[i]] += _hats(low, high, start, end, length, axisymmetric)[1]
             rise, run = np.diff(h[nearest])[0], np.diff(s[nearest])[0] * length
             other_length = float(np.hypot(rise, run))
             most = STEEP * (max(length, other_length) if welded else length)
@@ -169,7 +170,9 @@ def seen(rest: Floats, nodes: Floats, one: Ints, other: Ints, axisymmetric: bool
     part = np.where(faces, area / whole, 0.0)
     inward, other_side = (_unit(np.where(faces[:, None], of, free)) for of in (normal, across))
     # Gaps change along the normals of the other side, as far as that goes on; beyond its end along those of this one.
-    mixed = _unit(part[:, None] * other_side + (1 - part[:, None]) * inward)
+    # It does not end where it is too high or too oblique.
+    on = (part if welded else np.where(faces, np.minimum(before / whole, 1.0), 0.0))[:, None]
+    mixed = _unit(on * other_side + (1 - on) * inward)
     reach, counts = (np.divide(a, b, out=np.zeros(len(node)), where=b > 0) for a, b in ((square, area), (area, there)))
     return Seen(node, weights, mixed, part, farther(x, at, reach, counts), lowest)
 

@@ -13,7 +13,8 @@ at rest over common edges, with their shape functions psi, and
     w_pk = int psi_p N_k(x) dA / int psi_p dA,    w_pl = -int psi_p N_l(y) dA / int psi_p dA,
 
 over the polygons, places on squares by the inverse of their bilinear map. The normal of a point is the mean of m', with
-weights int psi_p dA, over what it faces, and of -m for the part of its area that faces nothing.
+weights int psi_p dA, over what it faces, and of -m for the part of its area before which there is nothing. Where sides
+are not welded that is neither what is too high nor what is too oblique.
 
 On triangles and parallelograms integrands are polynomials of degree five, and all rules here are exact. On others they
 are rational, and the rule of seven points that is exact up to this degree, on triangles into which polygons are cut, is
@@ -114,7 +115,7 @@ def seen(
     flats, others = mine_of.nodes, its_of.nodes
     node, at = points(rest, flats)
     count, rule = len(node), _fine() if rough is None else _of_seven()
-    weights, (area, square, there, whole) = np.zeros((count, len(nodes))), np.zeros((4, count))
+    weights, (area, square, there, before, whole) = np.zeros((count, len(nodes))), np.zeros((5, count))
     across, inward, alone = np.zeros((3, count, 3))
     outer, facing = (np.array([_normal(x) for x in nodes[of]]) for of in (flats, others))
     lowest = 0.0
@@ -124,6 +125,8 @@ def seen(
         mine, found = _before(nodes, flats, others, outer, facing, i)
         for j, its, polygon in found:
             lowest = min(lowest, *its.height(polygon), *its.height(polygon.mean(axis=0)[None]))
+            places, weight = _over(polygon, rule, rough or 0)
+            np.add.at(before, at[i], weight @ mine.shapes(places))
             if len(polygon := _low(nodes[face], nodes[others[j]], (outer[i], facing[j]), polygon, welded)) < 3:
                 continue
             places, weight = _over(polygon, rule, rough or 0)
@@ -145,12 +148,13 @@ def seen(
     faces: Bools = part > NOTHING
     weights[faces] /= area[faces, None]
     weights[~faces] = np.eye(len(nodes))[node[~faces]]
-    part = np.where(faces, part, 0.0)[:, None]
+    # The other side does not end where it is too high or too oblique.
+    on = np.where(faces, part if welded else np.minimum(before / whole, 1.0), 0.0)[:, None]
     away, own = (_unit(np.where(faces[:, None], of, alone)) for of in (across, inward))
-    normal = _unit(part * away + (1 - part) * own)
+    normal = _unit(on * away + (1 - on) * own)
     reach, counts = (a / np.where(b > 0, b, 1) for a, b in ((square, area), (area, there)))
     off = farther(nodes[flats], at, reach, counts)
-    return SeenInSpace(node, weights, normal, part[:, 0], off, lowest)
+    return SeenInSpace(node, weights, normal, np.where(faces, part, 0.0), off, lowest)
 
 
 def points(rest: Floats, faces: Ints) -> tuple[Ints, Ints]:
