@@ -112,7 +112,8 @@ class Integrands(NamedTuple):
     """What is integrated over pieces (s,) of flats ``flat`` (s,) with nodes ``own`` (s, n), before ``others`` (s, n).
 
     Hat functions ``psi`` (s, g, k), shape functions ``mine`` and ``its`` (s, g, n), and weights in int dA (s, g): all
-    that is ``seen``, and as far as it counts. The outward normal of the other side is ``across`` (s, d).
+    that is ``seen``, and as far as it counts. The outward normal of the other side is ``across`` (s, d), and ``before``
+    is as in :class:`~bipot.tools.pieces.Pieces`.
     """
 
     flat: Ints
@@ -124,6 +125,7 @@ class Integrands(NamedTuple):
     weight: Floats
     seen: Floats
     across: Floats
+    before: Floats
 
     @staticmethod
     def of(nodes: Floats, sides: Sides, ring: bool, near: Near) -> Integrands:
@@ -145,6 +147,7 @@ class Integrands(NamedTuple):
             weight=found.weight * share[:, None],
             seen=found.weight,
             across=across,
+            before=found.before,
         )
 
 
@@ -168,7 +171,8 @@ def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Fa
     seen = _sums(point, np.einsum("sg,sgp->sp", found.seen, found.psi), count)
     reach = _sums(point, square, count) / np.where(area > 0, area, 1.0)
     whole, faced = hat_integrals(corners, ring), np.zeros(corners.shape[:2])
-    part = np.minimum(area / _sums(sides.point, whole, count), 1.0)
+    all_of = _sums(sides.point, whole, count)
+    part = np.minimum(area / all_of, 1.0)
     np.add.at(faced, found.flat, share)
     unfaced = np.flatnonzero(part <= LEAST)
     theirs, ours, alone = np.zeros((3, count, nodes.shape[1]))
@@ -179,7 +183,8 @@ def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Fa
     np.add.at(alone, sides.point, -out[:, None])
     theirs[unfaced] = ours[unfaced] = alone[unfaced]
     squarely = area / np.where(seen > 0, seen, 1.0)
-    before = _before(nodes, sides, ring, whole) if near is Near.OWN else part
+    # However high that is and however oblique, the other side does not end where it is no longer faced.
+    before = np.minimum(_sums(sides.point, found.before, count) / all_of, 1.0) if near is Near.OWN else part
     normal = unit(before[:, None] * unit(theirs) + (1 - before[:, None]) * unit(ours))
     return Facing(
         _weights(found, point, area, unfaced, sides),
@@ -190,16 +195,6 @@ def facing(nodes: Floats, sides: Sides, ring: bool, near: Near = Near.OWN) -> Fa
         reach,
         squarely,
     )
-
-
-def _before(nodes: Floats, sides: Sides, ring: bool, whole: Floats) -> Floats:
-    """The part (p,) of int psi_p dA, by its shares ``whole`` (l, k), before which the other side goes on.
-
-    However high that is and however oblique: it does not end where it leans away and is no longer faced.
-    """
-    found, count = pieces_of(nodes, sides.one, sides.other, ring, Near.ANY), len(sides.node)
-    mine = _sums(sides.point[found.one], np.einsum("sg,sgp->sp", found.weight, found.mine), count)
-    return np.minimum(mine / _sums(sides.point, whole, count), 1.0)
 
 
 def _shares(sides: Sides, faced: Floats, whole: Floats) -> Floats:

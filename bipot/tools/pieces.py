@@ -53,7 +53,8 @@ class Pieces(NamedTuple):
 
     Parts are numbered as by :func:`bipot.tools.flats.flats`. The hat functions of the one at integration points are
     ``mine`` (s, g, k), those of the other ``its`` (s, g, l), and the weights in int dA ``weight`` (s, g). The least gap
-    of each piece is ``lowest`` (s,).
+    of each piece is ``lowest`` (s,). Integrals of the hat functions of each flat part are, over what is before another
+    one, whether that is faced or too high to be, ``before`` (f, k).
     """
 
     one: Ints
@@ -62,6 +63,14 @@ class Pieces(NamedTuple):
     its: Floats
     weight: Floats
     lowest: Floats
+    before: Floats
+
+    @staticmethod
+    def of(every: Pieces, faced: Bools) -> Pieces:
+        """Those ``faced`` of ``every`` piece (s,) that is before a flat part, of which there are zeros ``before``."""
+        before = every.before.copy()
+        np.add.at(before, every.one, np.einsum("sg,sgk->sk", every.weight, every.mine))
+        return Pieces._make((*(of[faced] for of in every[:-1]), before))
 
 
 def pieces(nodes: Floats, one: Ints, other: Ints, ring: bool, near: Near = Near.OWN) -> Pieces:
@@ -75,14 +84,15 @@ def pieces(nodes: Floats, one: Ints, other: Ints, ring: bool, near: Near = Near.
     count, x, y = one.shape[1], nodes[flats(one, 2)], nodes[flats(other, 2)]
     length, its = norm(x[:, 1] - x[:, 0]), norm(y[:, 1] - y[:, 0])
     found = _shadows(x, y).nearest()
-    found = found.low_enough(length, near.highest(length[found.one], its[found.other]))
+    found, faced = found.cut(length, near.highest(length[found.one], its[found.other]))
     places, weights = np.polynomial.legendre.leggauss(count)
     xi, eta = (at[:, :1] + np.diff(at) * (places + 1) / 2 for at in (found.xi, found.eta))
     weight = np.diff(found.xi) * weights / 2 * length[found.one, None]
     if ring:
         weight *= _on(x[found.one], xi)[..., 0]
     lowest = (found.heights[:, :1] + found.eta * np.diff(found.heights)).min(axis=1)
-    return Pieces(found.one, found.other, edge_shapes(xi, 2), edge_shapes(eta, 2), weight, lowest)
+    mine, its, none = edge_shapes(xi, 2), edge_shapes(eta, 2), np.zeros((len(x), 2))
+    return Pieces.of(Pieces(found.one, found.other, mine, its, weight, lowest, none), faced)
 
 
 class Shadows(NamedTuple):
@@ -140,19 +150,25 @@ class Shadows(NamedTuple):
             end.append(bounds[1:][met])
         return self.only(np.concatenate(kept))._replace(low=np.concatenate(begin), high=np.concatenate(end))
 
-    def low_enough(self, length: Floats, highest: Floats) -> Shadows:
-        """Without what is beside the straights of this ``length`` (f,) and not before them.
+    def cut(self, length: Floats, highest: Floats) -> tuple[Shadows, Bools]:
+        """Them, cut where they are too high over straights of this ``length`` (f,), and which are before those (s,).
 
-        Heights times the sines of angles between both are no larger than the ``highest`` (s,).
+        The others are beside them: heights times the sines of angles between both are larger than the ``highest`` (s,).
         """
         rise, run = np.diff(self.heights)[:, 0], np.diff(self.ends)[:, 0] * length[self.one]
         sine = np.abs(rise) / np.hypot(rise, run)
         beyond = self.height(self.xi) * sine[:, None] - highest[:, None]
+        low, high = self._where(beyond <= 0, beyond), self._where(beyond > 0, beyond)
+        faced = np.arange(len(low.one) + len(high.one)) < len(low.one)
+        return Shadows._make(np.concatenate(both) for both in zip(low, high, strict=True)), faced
+
+    def _where(self, kept: Bools, beyond: Floats) -> Shadows:
+        """What is ``kept``, by both ends (s, 2), up to where what is ``beyond`` (s, 2) is zero."""
         first, last = beyond.T
         with np.errstate(divide="ignore", invalid="ignore"):
             bound = self.low + (self.high - self.low) * first / (first - last)
-        low, high = (np.where(of > 0, bound, at) for of, at in ((first, self.low), (last, self.high)))
-        return self._replace(low=low, high=high).only((beyond.min(axis=1) < 0) & (high > low))
+        low, high = (np.where(here, at, bound) for here, at in ((kept[:, 0], self.low), (kept[:, 1], self.high)))
+        return self._replace(low=low, high=high).only(kept.any(axis=1) & (high > low))
 
 
 def _shadows(one: Floats, other: Floats) -> Shadows:

@@ -61,18 +61,19 @@ def polygons(one: Floats, other: Floats, near: Near = Near.OWN) -> Pieces:
     before = ~_through(one, out, i[some], middle[some, 0], -gaps[:, -1])
     some, above = some[before], gaps[before, -1]
     kept = some[~_hidden(i[some], b[some], middle[some, 0], above, share[some])]
-    piece, fans = _before(one, other, i[kept], j[kept], ends[kept], near)
+    piece, fans, faced = _cut(one, other, i[kept], j[kept], ends[kept], near)
     area = area_of(fans)
     some = np.flatnonzero(area > LEAST**2 * whole[kept[piece]])
     piece, places = kept[piece[some]], RULE @ fans[some]
-    weight = area[some, None] * SHARES
-    return Pieces(i[piece], j[piece], _placed(a[piece], places), _placed(b[piece], places), weight, lowest[piece])
+    weight, none = area[some, None] * SHARES, np.zeros(one.shape[:2])
+    mine, its = _placed(a[piece], places), _placed(b[piece], places)
+    return Pieces.of(Pieces(i[piece], j[piece], mine, its, weight, lowest[piece], none), faced[some])
 
 
-def _before(one: Floats, other: Floats, i: Ints, j: Ints, ends: Floats, near: Near) -> tuple[Ints, Floats]:
-    """Triangles (t, 3, 2) of polygons ``ends`` (p, v, 2), without what is beside faces and not before them, and whose.
+def _cut(one: Floats, other: Floats, i: Ints, j: Ints, ends: Floats, near: Near) -> tuple[Ints, Floats, Bools]:
+    """Triangles (t, 3, 2) of polygons ``ends`` (p, v, 2), whose each is, and which are before faces and not beside.
 
-    That is what ``near`` does not allow, by the mean plane of the other face.
+    Beside is what ``near`` does not allow, by the mean plane of the other face.
     """
     frame, normal = _axes(one[i]), outward(other)[j]
     along = np.einsum("pax,px->pa", frame, normal)
@@ -81,12 +82,16 @@ def _before(one: Floats, other: Floats, i: Ints, j: Ints, ends: Floats, near: Ne
     way, down = other[j].mean(axis=1) - one[i].mean(axis=1), np.vecdot(normal, outward(one)[i])
     height = (np.vecdot(way, normal)[:, None] - np.einsum("pva,pa->pv", ends, along)) / down[:, None]
     beyond = height * norm(along)[:, None] - near.highest(mine[i], its[j])[:, None]
-    whole = (beyond <= 0).all(axis=1)
-    cut = ~whole & (beyond < 0).any(axis=1)
-    found = [(np.flatnonzero(whole), ends[whole]), (np.flatnonzero(cut), _cut(ends[cut], beyond[cut]))]
-    fans = [_fans(polygon) for _, polygon in found]
-    whose = [np.repeat(pair, of.shape[1]) for (pair, _), of in zip(found, fans, strict=True)]
-    return np.concatenate(whose), np.concatenate([of.reshape(-1, 3, 2) for of in fans])
+    before, beside = (beyond <= 0).all(axis=1), (beyond >= 0).all(axis=1)
+    some = ~before & ~beside
+    low, high = (_less(ends[some], sign * beyond[some]) for sign in (1, -1))
+    away = beside & ~before
+    parts = [(before, ends[before]), (some, low), (some, high), (away, ends[away])]
+    fans = [_fans(polygon) for _, polygon in parts]
+    count = [of.shape[1] for of in fans]
+    whose = [np.repeat(np.flatnonzero(of), many) for (of, _), many in zip(parts, count, strict=True)]
+    faced = np.arange(sum(map(len, whose))) < len(whose[0]) + len(whose[1])
+    return np.concatenate(whose), np.concatenate([of.reshape(-1, 3, 2) for of in fans]), faced
 
 
 def _fans(ends: Floats) -> Floats:
@@ -95,7 +100,7 @@ def _fans(ends: Floats) -> Floats:
     return np.stack([middle, ends, np.roll(ends, -1, axis=1)], axis=2)
 
 
-def _cut(ends: Floats, beyond: Floats) -> Floats:
+def _less(ends: Floats, beyond: Floats) -> Floats:
     """Convex polygons (p, 2 v, 2), some corners more than once: those ``ends`` (p, v, 2) less where ``beyond`` > 0."""
     after, then = np.roll(ends, -1, axis=1), np.roll(beyond, -1, axis=1)
     kept, leaves = beyond <= 0, (beyond <= 0) & (then > 0)
