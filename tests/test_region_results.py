@@ -13,11 +13,10 @@ from bipot import DeformableTool, Elastic, Elasticity, Geometry, Support, block,
 from bipot.command import info
 from bipot.errors import ResultsError, SceneError
 from bipot.marching import march
-from bipot.meshes.mesh import Mesh
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.results.description import same_mesh, same_scene
-from tests.recording import COLUMNS, CONTROL, PARAMETERS, SCENE, SCHEDULE, UNITS, complete, steps
+from tests.recording import COLUMNS, CONTROL, PARAMETERS, SCENE, SCHEDULE, UNITS, steps
 
 REGIONS = {"shell": [1, 3], "core": [0, 1]}
 
@@ -130,29 +129,6 @@ def test_a_run_on_a_mesh_of_other_regions_is_not_gone_on_with(folder, regions):
 def test_an_increment_of_a_mesh_of_other_regions_is_not_recorded(tmp_path):
     with recorder(tmp_path) as out, pytest.raises(ResultsError, match="is of another scene"):
         out.record(steps()[0])
-
-
-def without_regions(path):
-    """The file as an older version, which knew no regions, wrote it."""
-    with h5py.File(path / "run.vtkhdf", "r+") as file:
-        about = json.loads(bytes(file["bipot/about"][...]))
-        del about["regions"], file["bipot/about"]
-        file["bipot/about"] = np.frombuffer(json.dumps(about).encode(), dtype=np.uint8)
-
-
-def test_a_file_of_an_older_version_has_none_and_is_gone_on_with(tmp_path):
-    """Whatever regions the mesh of the scene has by now, as one read from a file with groups of cells."""
-    without_regions(complete(tmp_path))
-    run = open_results(tmp_path)
-    assert run.regions is None
-    assert run.mesh == SCENE.mesh
-    for scene in (SCENE, PARTED):
-        assert recorder(tmp_path, scene, Existing.RESUME).start.number == 0
-        with recorder(tmp_path, scene, Existing.RESUME) as out:
-            assert out.start.number == len(steps())
-    fewer = Mesh(SCENE.mesh.nodes, SCENE.mesh.elements, {**SCENE.mesh.boundaries, "more": SCENE.mesh.boundary("top")})
-    with pytest.raises(ResultsError, match="holds a run on another mesh"):
-        recorder(tmp_path, replace(SCENE, mesh=fewer), Existing.RESUME)
 
 
 @pytest.mark.parametrize("said", [["core"], [1], "core", None, [["core"]], ["core", "shell", "rest"]], ids=str)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,6 @@ from bipot.results.description import Parameters, as_json, describe, same_mesh, 
 from bipot.results.folder import CSV, RUN, TOOLS, run_file
 from bipot.results.history import History
 from bipot.results.history import open as open_results
-from bipot.results.static import FORMAT
 from bipot.scene.scene import Scene
 from bipot.state import State
 
@@ -43,9 +42,7 @@ class Asked:
     start: State | None
 
     def require_same(self, found: History, folder: Path) -> None:
-        """Refuse a run ``found`` of another scene or start, other parameters, units, columns or a layout only read."""
-        if found.format != FORMAT:
-            raise ResultsError(f"{found.file}: was written by an older version and is not gone on with; {CHOICE}")
+        """Refuse a run ``found`` of another scene or start, other parameters, units or columns."""
         for what, stored, asked in (
             ("", found.parameters, self.parameters),
             ("units: ", found.units, self.units),
@@ -56,9 +53,7 @@ class Asked:
             if other is not None:
                 name, old, new = other
                 raise ResultsError(f"{folder}: holds a run with {what}{name} = {old}, not {new}; {CHOICE}")
-        # Older versions, which knew no regions, had scenes that need none.
-        mesh = self.scene.mesh if found.regions is not None else replace(self.scene.mesh, regions={})
-        if not same_mesh(found.mesh, mesh):
+        if not same_mesh(found.mesh, self.scene.mesh):
             raise ResultsError(f"{folder}: holds a run on another mesh; {CHOICE}")
         if self.start is not None and not same_state(found.start.state, self.start):
             raise ResultsError(f"{folder}: holds a run that began at another state than start; {CHOICE}")

@@ -24,7 +24,6 @@ from bipot.results.description import Parameters
 from bipot.results.folder import RUN, TOOLS, run_file
 from bipot.results.names import described
 from bipot.results.snapshot import Snapshot
-from bipot.results.static import FORMAT
 from bipot.results.stored import Run, RunReader, read
 from bipot.results.table import columns
 from bipot.state import State
@@ -41,9 +40,8 @@ class History:
     """A run read back: its columns as arrays (n,), its parameters and units, and its states.
 
     ``times`` (n + 1,) are the pseudo-times of the steps, the first where the march began. ``text`` is that of
-    ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was. ``format`` is that of the
-    file's layout. ``regions`` are the names of the mesh's regions, None where an older version wrote the file, which
-    knew none. States and fields are read from the file when used, and refused once it holds another run.
+    ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was. ``regions`` are the names
+    of the mesh's regions. States and fields are read from the file when used, and refused once it holds another run.
     """
 
     file: Path
@@ -55,8 +53,7 @@ class History:
     times: Floats
     complete: bool
     note: str = ""
-    format: int = FORMAT
-    regions: tuple[str, ...] | None = ()
+    regions: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """One line, without the columns."""
@@ -250,5 +247,4 @@ def _history(file: Path, run: Run) -> History:
         ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: the run's {rows} increments are whole"
     said = about["parameters"], about["units"], about["scene"]
-    regions = tuple(about["regions"]) if "regions" in about else None
-    return History(file, text, found, *said, times, complete, note, run.format(), regions)
+    return History(file, text, found, *said, times, complete, note, tuple(about["regions"]))

@@ -102,9 +102,6 @@ FIXED: Mapping[Place, Mapping[str, Field]] = {
 }
 """Fields that are the same in all steps, of runs on a mesh with regions."""
 
-FORMER = {"contact_pressure": "recovered_pressure", "contact_shear": "recovered_shear"}
-"""Names of fields in files of format 1."""
-
 AXES: Mapping[Geometry, tuple[str, ...]] = {
     Geometry.AXISYMMETRIC: ("r", "z"),
     Geometry.PLANE_STRAIN: ("x", "y"),

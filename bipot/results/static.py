@@ -28,8 +28,7 @@ VERSIONS = ("earliest", "v110")
 """Versions of HDF5's layout: the newest that VTK's readers know, without the marks that a killed writer leaves."""
 
 FORMAT = 2
-"""Version of the layout, raised where an older reader would misread it. Format 1 had no averages at nodes and no
-tools. Files of format 2 may lack regions, which older readers pass over."""
+"""Version of the layout: files of another one are refused."""
 
 NO_REGION = -1
 

@@ -20,7 +20,7 @@ from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
 from bipot.results.fields import NO_CANDIDATE, rising
-from bipot.results.names import FIELDS, FIXED, FORMER, GROUPS, Place
+from bipot.results.names import FIELDS, FIXED, GROUPS, Place
 from bipot.results.static import FORMAT, Line, Lines
 from bipot.state import State
 from bipot.tensors import components
@@ -32,11 +32,6 @@ if TYPE_CHECKING:
 
 TRIES, PAUSE = 50, 0.02
 """How often a file that is being written is read again, and the seconds between."""
-
-READABLE = (1, FORMAT)
-"""Formats of files that are read; only the last one is resumed."""
-
-NEWER = "written by a newer version: run again"
 
 T = TypeVar("T")
 
@@ -107,27 +102,21 @@ class Run:
         self.root.require(count >= 1, "VTKHDF/Steps: NSteps", count, "1 at least: step 0 is where the march starts")
         return count
 
-    def format(self) -> int:
-        """Version of the file's layout."""
-        version = self.root.group("bipot").attribute("format")
-        self.root.require(version in READABLE, "bipot: format", version, f"one of {READABLE}: another version wrote it")
-        return version
-
     def about(self) -> Mapping[str, Any]:
-        """Parameters, units, the scene in words, names of boundaries; those of regions, which older versions lack."""
-        self.format()
+        """Parameters, units, the scene in words, names of boundaries and of regions; of a file of this layout only."""
+        version = self.root.group("bipot").attribute("format")
+        self.root.require(version == FORMAT, "bipot: format", version, f"{FORMAT}: another version wrote it; run again")
         try:
             about = json.loads(self.root.group("bipot").text("about"))
         except (ValueError, RecursionError) as error:
             raise ResultsError(f"{self.root.source.path}: /bipot/about = {error}: must be JSON") from error
-        kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list}
+        kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list, "regions": list}
         for name, kind in kinds.items():
             right = isinstance(about, dict) and isinstance(about.get(name), kind)
             self.root.require(right, f"bipot/about: {name}", "missing or of another type", f"a {kind.__name__}")
         for name in ("boundaries", "regions"):
-            named = about.get(name, [])
-            right = isinstance(named, list) and all(isinstance(one, str) for one in named)
-            self.root.require(right, f"bipot/about: {name}", named, "a list of names")
+            right = all(isinstance(one, str) for one in about[name])
+            self.root.require(right, f"bipot/about: {name}", about[name], "a list of names")
         return about
 
     def history(self) -> str:
@@ -153,7 +142,7 @@ class Run:
         group = self.root.group("bipot/mesh")
         about = self.about()
         edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(about["boundaries"])}
-        regions = {name: group.array(f"regions/{k}", "i", (None,)) for k, name in enumerate(about.get("regions", []))}
+        regions = {name: group.array(f"regions/{k}", "i", (None,)) for k, name in enumerate(about["regions"])}
         nodes = group.array("nodes", "f", (None, self._dimension))
         elements = group.array("elements", "i", (None, None))
         return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges, regions))
@@ -178,11 +167,8 @@ class Run:
             self.root.require(name in group, missing, "missing", "of a run on a mesh with regions")
             return group.array(name, FIXED[place][name].kind, (self.root.group("bipot/mesh").length("elements"),))
         known = FIELDS[place][name]
-        stored = FORMER.get(name, name) if self.format() < FORMAT else name
-        if self.format() < FORMAT:
-            self.root.require(stored in group, f"VTKHDF/{GROUPS[place]}/{name}", "missing", NEWER)
         rows = self.root.group("bipot/mesh").length("nodes" if place is Place.NODES else "elements")
-        return group.rows(stored, known.kind, step * rows, (step + 1) * rows, known.shape, finite=known.finite)
+        return group.rows(name, known.kind, step * rows, (step + 1) * rows, known.shape, finite=known.finite)
 
     def touched(self, step: int) -> Ints:
         """The number (a,) of the tool of which each node has gap, traction and status in a step, -1 of none."""
@@ -200,9 +186,7 @@ class Run:
 
     def tools(self, first: int, last: int) -> list[list[Line]]:
         """The lines of the tools in the steps from ``first`` up to and without ``last``."""
-        self.root.require(self.format() == FORMAT, "bipot/tools", "missing", NEWER)
-        group = self.root.group("bipot/tools")
-        d = self._dimension
+        group, d = self.root.group("bipot/tools"), self._dimension
         centres, points = group.array("centres", "f", (None, d)), group.array("points", "f", (None, d))
         tool = group.array("tool", "i", (None,), least=0, most=len(centres) - 1)
         starts = group.array("starts", "i", (len(tool) + 1,), least=0, most=len(points))
