@@ -174,3 +174,21 @@ def test_walls_beyond_a_crease_take_nothing_from_a_weld(dimension):
         forces.append(last.tool_force(0)[-1])
     assert abs(forces[0]) > 2000
     assert forces[1] == pytest.approx(forces[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_support_moves_what_is_welded_to_a_part_that_follows(dimension):
+    """Candidates on the moved part were refused: "a support moves node 0 against the tool that it is welded to"."""
+    block_of = (lambda *sizes: block(*sizes, 3, 3)) if dimension == 2 else (lambda w, h: brick(w, 1.0, h, 2, 2, 2))
+    normal = dimension - 1
+    parts = {"up": shifted(block_of(1.0, 0.5), *np.eye(dimension)[normal]), "low": block_of(1.0, 1.0)}
+    held = tuple(Support("low/base", axis) for axis in range(dimension))
+    moved = (Prescribed("up/base", 0, 0.001), Prescribed("up/base", normal, 0.002))
+    geometry = Geometry.PLANE_STRAIN if dimension == 2 else Geometry.SOLID
+    works = []
+    for sides in ((("up/base",), ("low/top",)), (("low/top",), ("up/base",))):
+        scene = Scene(together(parts), geometry, SOFT, (*held, *moved), (DeformableTool(*sides, np.inf),))
+        *_, last = march(scene, Schedule(1), NEWTON)
+        np.testing.assert_allclose(last.state.du[scene.mesh.boundary_nodes("low/top"), normal], 0.002, rtol=1e-6)
+        works.append(last.energies.work)
+    np.testing.assert_allclose(*works, rtol=1e-9)

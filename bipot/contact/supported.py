@@ -119,7 +119,7 @@ def _led_off(candidates: Candidates, start: Touching, driven: Floats) -> Bools:
     for k, (tool, points) in enumerate(zip(scene.tools, candidates.points, strict=True)):
         own = candidates.tool == k
         gone[own] = start.gone(tool, k, node[own])
-        led[own] = not (points.weighted or tool.driven_by or tool.turned_by)
+        led[own] = not (points.in_means or tool.driven_by or tool.turned_by)
     off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - gone), 0.0)
     return led & (norm(off) > ALIGNED * (norm(gone) + norm(driven[node])))
 
