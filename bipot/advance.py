@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import null_space, orth
+from scipy.linalg import orth
 
 from bipot.basics.nonnegative import nonnegative
 from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import closed
 from bipot.contact.faced import points
-from bipot.scene.supports import Support, Symmetry
+from bipot.scene.supports import Support
+from bipot.scene.translation import prescribed
 from bipot.state import State
 from bipot.tensors import norm
 from bipot.tools.aloft import Carried
@@ -22,7 +23,7 @@ from bipot.tools.deformable import DeformableTool
 from bipot.tools.meeting import Meeting
 from bipot.tools.pieces import Near
 from bipot.tools.poses import pose_size
-from bipot.typing import Bools, Floats, Vector, max_abs
+from bipot.typing import Bools, Floats, max_abs
 
 ROUND_OFF = 1e-12
 """A unit vector whose part within the planes is no longer than this is normal to them; a mean no longer than this, over
@@ -30,20 +31,6 @@ the longest way, is zero."""
 
 FEW = 0.5
 """A tool that touches the body at less than this fraction of another one's points does not carry it."""
-
-
-def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector] | Floats) -> Floats:
-    """The v parallel to all ``planes``, given by normals, whose components along ``ways`` are nearest to ``asked``.
-
-    It minimises sum (ways_i . v - asked_i)^2 and is the shortest of all minimisers.
-
-    >>> nearest([(0.0, 1.0), (1.0, 0.0)], [2.0, 3.0], [(1.0, 0.0)]).tolist()
-    [0.0, 2.0]
-    """
-    size = len(ways[0])
-    basis = null_space(np.vstack([np.zeros(size), *planes]))
-    left = np.array(ways) @ basis
-    return np.asarray(basis @ np.linalg.lstsq(np.where(np.abs(left) > ROUND_OFF, left, 0.0), asked)[0])
 
 
 def shortest(ways: Floats) -> Floats:
@@ -97,8 +84,8 @@ class Advance:
     def along(self) -> Floats:
         """Displacement (a, d) of a body that is carried by its supports and otherwise at rest.
 
-        The body is carried by the translation within all planes of symmetry that is nearest, by least squares, to what
-        the other supports prescribe; held nodes move as prescribed. This is continuous in what is prescribed, exact
+        The body is carried by the translation within all planes of symmetry that is nearest, by least squares over the
+        areas held, to what other supports prescribe; held nodes move as prescribed. This is continuous in that, exact
         where that is a translation, and the same for half a body as for the whole.
         """
         holding = self.candidates.scene.holding
@@ -118,12 +105,9 @@ class Advance:
     def _nearest(self, supports: Sequence[Support]) -> Floats:
         """The translation (d,) within all planes of symmetry that is nearest to what these ``supports`` prescribe."""
         scene = self.candidates.scene
-        supports = [support for support in supports if not isinstance(support, Symmetry)]
-        if not self.driven.any() or not supports:
+        if not self.driven.any():
             return np.zeros(scene.mesh.dimension)
-        ways = [support.along(scene.mesh.dimension) for support in supports]
-        asked = [support.at(self.tau) - support.at(self.start.tau) for support in supports]
-        return nearest(ways, asked, scene.directions.planes)
+        return prescribed(scene, supports, self.start.tau, self.tau)
 
     @cached_property
     def closed(self) -> Bools:
