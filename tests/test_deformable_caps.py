@@ -111,3 +111,31 @@ def test_where_constant_shear_has_no_answer_a_finite_coefficient_is_advised():
         list(march(dragged(Element.H20, np.inf), Schedule(2), Control(Newton(), (), cuts=0)))
     first = next(march(dragged(Element.H20), Schedule(2), Control(Newton(), (), cuts=0)))
     assert first.tool_force(0)[-1] > 2 * 0.3 * K
+
+
+def slid(part, swapped):
+    """Friction over the cap of a block that slides on a longer one with twelve elements in four of its three.
+
+    Its ends are ``part`` of an element from a node of the longer one.
+    """
+    low, up = block(2.0, 0.5, 12, 2), shifted(block(1.0, 0.5, 3, 2), (2 + part) / 6, 0.5)
+    supports = (
+        *(Support("low/base", k) for k in range(2)),
+        Prescribed("up/top", 1, -0.004, Amplitude(((0, 0), (0.2, 1), (1, 1)))),
+        Prescribed("up/top", 0, 0.02, Amplitude(((0, 0), (0.2, 0), (1, 1)))),
+    )
+    sides = (("up/base",), ("low/top",)) if swapped else (("low/top",), ("up/base",))
+    tool = DeformableTool(*sides, 0.5, shear=0.2)
+    *_, last = march(
+        Scene(together({"low": low, "up": up}), Geometry.PLANE_STRAIN, STEEL, supports, (tool,)), Schedule(4)
+    )
+    assert last.tool_force(0)[1] * (1 - 2 * swapped) > 0
+    return abs(last.tool_force(0)[0]) / (0.2 * K)
+
+
+def test_a_cap_needs_the_candidates_on_the_side_that_ends():
+    """On the side that goes on pressures alternate before the end, and where they are low friction is below the cap."""
+    # The block grows wider by 3.5 %.
+    assert slid(0.5, swapped=False) == pytest.approx(1.035, rel=1e-3)
+    assert 0.75 < slid(0.5, swapped=True) < 0.8
+    assert slid(0.8, swapped=True) == pytest.approx(1.0, abs=0.01)
