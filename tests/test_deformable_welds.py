@@ -12,6 +12,7 @@ from bipot import (
     Elasticity,
     Element,
     Geometry,
+    IncrementFailed,
     Newton,
     Prescribed,
     Pressure,
@@ -179,7 +180,7 @@ def test_walls_beyond_a_crease_take_nothing_from_a_weld(dimension):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_a_support_moves_what_is_welded_to_a_part_that_follows(dimension):
     """Candidates on the moved part were refused: "a support moves node 0 against the tool that it is welded to"."""
-    block_of = (lambda *sizes: block(*sizes, 3, 3)) if dimension == 2 else (lambda w, h: brick(w, 1.0, h, 2, 2, 2))
+    block_of = (lambda w, h: block(w, h, 3, 3)) if dimension == 2 else (lambda w, h: brick(w, 1.0, h, 2, 2, 2))
     normal = dimension - 1
     parts = {"up": shifted(block_of(1.0, 0.5), *np.eye(dimension)[normal]), "low": block_of(1.0, 1.0)}
     held = tuple(Support("low/base", axis) for axis in range(dimension))
@@ -192,3 +193,15 @@ def test_a_support_moves_what_is_welded_to_a_part_that_follows(dimension):
         np.testing.assert_allclose(last.state.du[scene.mesh.boundary_nodes("low/top"), normal], 0.002, rtol=1e-6)
         works.append(last.energies.work)
     np.testing.assert_allclose(*works, rtol=1e-9)
+
+
+@pytest.mark.parametrize("way", [(0.001, 0.0), (0.0, 0.001)], ids=["along", "off"])
+@pytest.mark.parametrize("side", [("up/base",), ("low/top",)], ids=lambda side: side[0])
+def test_supports_of_both_sides_may_not_tear_a_weld(side, way):
+    parts = {"up": shifted(block(1.0, 0.5, 3, 3), 0.0, 1.0), "low": block(1.0, 1.0, 3, 3)}
+    held = (Support(of, axis) for of in ("low/base", "low/top") for axis in range(2))
+    moved = (Prescribed("up/base", axis, by) for axis, by in enumerate(way))
+    tool = DeformableTool(side, tuple({"up/base", "low/top"} - {*side}), np.inf)
+    scene = Scene(together(parts), Geometry.PLANE_STRAIN, SOFT, (*held, *moved), (tool,))
+    with pytest.raises(IncrementFailed, match=r"a support moves node \d+ against the tool that it is welded to"):
+        list(march(scene, Schedule(1), NEWTON))

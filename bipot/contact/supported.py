@@ -95,7 +95,8 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
     """
     size = candidates.scene.size
-    slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, start, driven)
+    led = _led_off(candidates, start, driven) | _held_apart(candidates, driven)
+    slipping = dragged(candidates, travel, driven).any(axis=1) | led
     off_weld = candidates.welded & start.closed & slipping
     if off_weld.any():
         return int(candidates.node[np.argmax(off_weld)])
@@ -122,6 +123,16 @@ def _led_off(candidates: Candidates, start: Touching, driven: Floats) -> Bools:
         led[own] = not (points.in_means or tool.driven_by or tool.turned_by)
     off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - gone), 0.0)
     return led & (norm(off) > ALIGNED * (norm(gone) + norm(driven[node])))
+
+
+def _held_apart(candidates: Candidates, driven: Floats) -> Bools:
+    """Candidates (c,) at deformable tools of which supports hold both sides, and move these from or along each other."""
+    if not candidates.deformable:
+        return np.zeros(len(candidates.node), dtype=bool)
+    free = ~candidates.scene.holding.held.all(axis=1)
+    held = candidates.means.weights.astype(bool) @ free == 0
+    apart = norm(candidates.means.motion(driven)) > ALIGNED * norm(driven).max()
+    return candidates.between & held & apart
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:
