@@ -126,7 +126,7 @@ def _led_off(candidates: Candidates, start: Touching, driven: Floats) -> Bools:
 
 
 def _held_apart(candidates: Candidates, driven: Floats) -> Bools:
-    """Candidates (c,) at deformable tools of which supports hold both sides, and move these from or along each other."""
+    """Candidates (c,) at deformable tools of which supports hold both sides, and move one against the other."""
     if not candidates.deformable:
         return np.zeros(len(candidates.node), dtype=bool)
     free = ~candidates.scene.holding.held.all(axis=1)
