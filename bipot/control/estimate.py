@@ -231,7 +231,7 @@ class _Terms:
         if not self._increment.in_halves:
             return unevenness(self.solved)
         response = self.solved.response
-        return IN_HALVES * _varied(response, response.returned.dpeeq + response.state.peeq - self.start.peeq)
+        return IN_HALVES * _varied(response, response.peeq - self.start.peeq)
 
     @property
     def _over_yield(self) -> float:

@@ -209,7 +209,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     none_where_held = not start.forces[~contacts.tangent_free, 1:].any()
     require(none_where_held, "start.forces", "tangential ones", "zero where supports hold a node against them")
     with _unfolded():
-        off, scale = _imbalance(start, system, body.scene.balanced(start.nodes - start.du, start.du))
+        off, scale = _imbalance(start, system, system.balanced(start))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     # A body that rested in an increment moved by what was left of balance.
     moved = float(norm(start.du).max()) + (arrived.reach if start.length > 0 else STILL * body.scene.mesh.size)
