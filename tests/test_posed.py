@@ -1,11 +1,13 @@
 """What the forms that pose programs carry from pass to pass: rows, what friction freezes, and whether a pass led on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bipot import FlatTool, Force, Support, Traction
 from bipot.forms import Cache
-from bipot.forms.posed import Posed
+from bipot.forms.posed import Posed, error_of
 from bipot.iterate import Increment
 from bipot.marching import system_of
 from bipot.programs.fixed_point import Frozen, Safeguard
@@ -65,3 +67,21 @@ def test_a_pass_that_led_no_nearer_is_said_to_have_risen():
         True,
         False,
     ]
+
+
+def test_an_error_counts_candidates_that_had_no_rows():
+    """A pass put a far node 4e-4 of the body deep in a tool, told an error of 1e-14, and the flow was judged there.
+
+    Whether it did so was decided by round-off, and forces differed by 5e-5 from units to units (seed 20261177 of the
+    fuzz study).
+    """
+    errors, depths = list[float](), list[float]()
+    for wall in (WALL, replace(WALL, point=(2.0, 0.0))):
+        state, there = begun(tools=(tool(), wall), gone=0.6)
+        r = np.where(state.near[:, None], [state.units.force, 0.0], 0.0)
+        errors.append(error_of(there, r, state) * np.sqrt(state.near.sum()))
+        sunk = np.minimum(there.motion[~state.near, 0], 0.0) / state.units.length
+        depths.append(float(np.linalg.norm(sunk)))
+    assert depths[0] > 0.01 > depths[1] == 0
+    assert errors[0] == pytest.approx(np.hypot(errors[1], depths[0]), rel=1e-9)
+    assert errors[0] > (1 + 1e-6) * errors[1]

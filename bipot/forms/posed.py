@@ -227,9 +227,13 @@ def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:
 
 
 def error_of(iterate: Iterate, r: Floats, state: Posed) -> float:
-    """The norm of the residuals of equilibrium and law over that of the contact forces; inf if these are zero."""
+    """The norm of the residuals of equilibrium and law over that of the contact forces; inf if these are zero.
+
+    A candidate that was not near, and had no rows, may have gone into its tool.
+    """
     present = float(np.linalg.norm(r)) / state.units.force
-    return math.hypot(*map(np.linalg.norm, _missed(iterate, r, state))) / present if present else math.inf
+    sunk = np.minimum(iterate.motion[~state.near, 0], 0.0) / state.units.length
+    return math.hypot(*map(np.linalg.norm, (*_missed(iterate, r, state), sunk))) / present if present else math.inf
 
 
 def _missed(iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats]:
