@@ -1,6 +1,7 @@
 """The blocks of the documentation's pages run as printed and print what the page says; the site is built from them."""
 
 import os
+import re
 import runpy
 import shutil
 import subprocess
@@ -11,6 +12,9 @@ import pytest
 import bipot
 from tests import pages
 from tests.pages import DOCS, PAGES, REFERENCE, ROOT, blocks, printed, written
+
+
+TEXTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md"), *DOCS.glob("howto/*.md")])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -48,6 +52,33 @@ def test_what_a_block_prints_is_put_below_it_in_the_place_of_what_was_there():
     right = page.replace("\n2\n", "\n1\n")
     assert written(page, ["1\n", ""]) == right
     assert [block.printed for block in blocks(right)] == ["1\n", ""]
+
+
+ITEM = re.compile(r"\s*(?:[-+*]|\d+[.)]) ")
+FENCED = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
+
+
+def broken_formulas(text):
+    """Lines that begin within code and are read as items of a list: such a formula ends there, unrendered."""
+    found = []
+    for block in FENCED.sub("", text).split("\n\n"):
+        before, *lines = block.split("\n")
+        ticks = before.count("`")
+        for line in lines:
+            if ticks % 2 and ITEM.match(line):
+                found.append(line)
+            ticks += line.count("`")
+    return found
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.stem)
+def test_no_formula_is_broken_by_a_list(page):
+    """A line of the certificate's gap began with a plus: the site showed a list in the middle of the formula."""
+    assert broken_formulas(page.read_text(encoding="utf-8")) == []
+
+
+def test_a_formula_that_a_list_breaks_is_found():
+    assert broken_formulas("* gap: `a\n  + b`\n* `c`\n\n```text\n`\n- d\n```\n") == ["  + b`"]
 
 
 @pytest.mark.parametrize("page", ["nope", "nope.md", "docs", "Makefile"])
