@@ -113,7 +113,10 @@ class Reduction:
 
 
 class Geometry(Enum):
-    """The meaning of the mesh's coordinates."""
+    """The meaning of the mesh's coordinates.
+
+    They are (r, z) on the meridian of a body around the axis r = 0, (x, y) in plane strain, and (x, y, z) in space.
+    """
 
     AXISYMMETRIC = "axisymmetric"
     PLANE_STRAIN = "plane_strain"

@@ -216,7 +216,11 @@ def _projected(kin: Kinematics, projector: Projector, V: Floats, d_theta: Floats
 
 
 class Configuration(Enum):
-    """The strain measures by name (module docstring)."""
+    """The strain measures by name (:mod:`bipot.fem.strain`).
+
+    Large deformation with strain at the middle of an increment, everything on the configuration at its start as in the
+    paper, or on that at rest: small strains and rotations.
+    """
 
     MIDPOINT = "midpoint"
     PAPER = "paper"

@@ -60,7 +60,10 @@ class Memory:
 
 @dataclass(frozen=True)
 class Newton:
-    """The form of the cheapest passes, which can cycle: then another form has to take over. ``linear`` factorises."""
+    """The form of the cheapest passes, which can cycle: then another form has to take over.
+
+    ``reuse`` says when a factor is kept, ``search`` how far to go along a step, and ``linear`` factorises.
+    """
 
     reuse: Reuse = Reuse()
     search: Search = Search()

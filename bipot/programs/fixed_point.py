@@ -77,9 +77,10 @@ ROUTES = {
 class Safeguard:
     """When the coupling leaves the plain step.
 
-    A residual above ``falls`` times the last one counts as not falling. ``patience`` passes without progress, a fall to
-    ``falls`` times the residual of the last progress, change the sequence (twice as many the next time). Anderson mixes
-    ``depth`` steps, damping halves the step down to ``least``. ``falls = inf`` is the plain, unsafeguarded fixed point.
+    Programs freeze the threshold or De Saxce's shift, whichever is ``first``. A residual above ``falls`` times the last
+    one counts as not falling. ``patience`` passes without progress, a fall to ``falls`` times the residual of the last
+    progress, change to the other (twice as many the next time). Anderson mixes ``depth`` steps, damping halves the step
+    down to ``least``. ``falls = inf`` is the plain, unsafeguarded fixed point.
     """
 
     first: Frozen = Frozen.THRESHOLD

@@ -21,7 +21,7 @@ ABSENT, CHOICE = "absent", f"choose another folder, or {OVERWRITE}"
 
 
 class Existing(Enum):
-    """What to do with an existing run in the folder."""
+    """What to do with an existing run in the folder: leave it and raise ResultsError, go on with it, or begin anew."""
 
     REFUSE = "refuse"
     RESUME = "resume"

@@ -24,8 +24,8 @@ STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 class Sampling(StrEnum):
     """Where on a surface the law of contact is posed (:mod:`bipot.contact.sampling`).
 
-    On linear edges and faces the two are the same. On quadratic ones the law itself keeps the pressures of
-    ``WEIGHTED`` from being negative.
+    It is at nodes, or in means around the ends of edges and corners of faces. On linear edges and faces the two are the
+    same. On quadratic ones the law itself keeps the pressures of ``WEIGHTED`` from being negative.
     """
 
     NODES = "nodes"
