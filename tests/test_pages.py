@@ -13,7 +13,6 @@ import bipot
 from tests import pages
 from tests.pages import DOCS, PAGES, REFERENCE, ROOT, blocks, printed, written
 
-
 TEXTS = sorted([*ROOT.glob("*.md"), *DOCS.glob("*.md"), *DOCS.glob("howto/*.md")])
 
 
