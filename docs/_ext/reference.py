@@ -39,7 +39,8 @@ BEHIND = {
     "tools": (
         "Surfaces and motions of tools",
         "bipot",
-        "tools.tool tools.surfaces tools.profiles tools.poses tools.meeting paths",
+        "tools.tool tools.surfaces tools.profiles tools.poses tools.meeting paths "
+        "tools.deformable tools.facing tools.pieces tools.polygons tools.flats tools.seeming control.facing",
     ),
     "scene": (
         "Scenes and contact",
