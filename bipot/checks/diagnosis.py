@@ -14,8 +14,8 @@ from bipot.checks.jammed import jammed
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Increment
 from bipot.tensors import norm
-from bipot.tools.tool import Tool
-from bipot.typing import Floats, max_abs, vdot
+from bipot.tools.tool import FlatTool, Tool
+from bipot.typing import Bools, Floats, max_abs, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
 """A tool is followed so FAR, over the size and the largest gap, in at most STEPS; a gap up to AIR sizes is touched."""
@@ -25,6 +25,10 @@ SPINS = 0.95
 
 SHARP = 0.5
 """Angle (radians) between normals within the increment's lengths around a node from which it is at a sharp corner."""
+
+
+LEVEL = 0.1
+"""Slope to a flat tool below which a side that was steeper at rest has come to lie on it."""
 
 
 def diagnosis(increment: Increment) -> str | None:
@@ -214,6 +218,35 @@ def cornered(increment: Increment) -> str | None:
         f"Node {contacts.node[worst]} is at a sharp corner of tools[{contacts.tool[worst]}], which pushes along one "
         "normal alone there: give the corner a fillet, or make its sides tools of their own."
     )
+
+
+def level(increment: Increment) -> str | None:
+    """The sentence on a side that comes to lie on a flat tool which does not feel it, None if there is none.
+
+    It is beside candidates that push. What was level with them at rest, as the face beside a punch, is no such side.
+    """
+    start, contacts = increment.start, increment.system.candidates
+    mesh, pushing = contacts.scene.mesh, carries(start.forces)
+    facets = mesh.outline[:, mesh.element.ends]
+    for k, (tool, pose) in enumerate(zip(contacts.scene.tools, increment.tools.placed, strict=True)):
+        if not isinstance(tool, FlatTool):
+            continue
+        foreign = ~np.isin(facets, mesh.boundary_nodes(*tool.candidates))
+        beside = np.isin(facets, contacts.node[pushing & (contacts.tool == k)]).any(axis=1) & foreign.any(axis=1)
+        slopes = [_slopes(tool, pose, x[facets], foreign) for x in (mesh.nodes, start.nodes)]
+        if not (found := facets[beside & (slopes[0] > LEVEL) & (slopes[1] < LEVEL)]).size:
+            continue
+        names = [name for name in mesh.boundaries if np.isin(found[0], mesh.boundary_nodes(name)).all()]
+        what = repr(names[0]) if names else f"what is between nodes {found[0].tolist()}"
+        return f"Or make {what} a candidate of tools[{k}], on which it comes to lie."
+    return None
+
+
+def _slopes(tool: FlatTool, pose: Floats, x: Floats, foreign: Bools) -> Floats:
+    """How steeply facets with ends at x (f, n, d) leave the tool (f,), from the others to those ``foreign`` (f, n)."""
+    gap = tool.distance(x, pose)
+    rise = np.where(foreign, gap, -np.inf).max(axis=1) - np.where(foreign, np.inf, gap).min(axis=1)
+    return rise / norm(x[:, :, None] - x[:, None]).max(axis=(1, 2))
 
 
 def _turned(increment: Increment, length: float) -> Floats:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.checks.diagnosis import cornered, diagnosis, wavering
+from bipot.checks.diagnosis import cornered, diagnosis, level, wavering
 from bipot.control.attempt import Attempt
 from bipot.control.reason import Reason
 from bipot.errors import (
@@ -74,7 +74,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahea
         more = attempt.last.advice
     elif isinstance(attempt.last, InvertedElement):
         shorter = "Remesh there: shorter increments fold the element too."
-        more = shorter if cuts else "Use more increments, or remesh there."
+        more = " ".join(filter(None, (shorter if cuts else "Use more increments, or remesh there.", level(increment))))
     elif _decisive(attempt).form is FormName.UZAWA:
         more = "Raise K_n and K_t: the larger they are, the nearer to the law every pass comes."
     else:
