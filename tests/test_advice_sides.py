@@ -57,7 +57,7 @@ def test_what_is_beside_a_tool_on_the_same_face_is_not_to_be_its_candidate():
     top = mesh.boundary("top")
     below = top[(mesh.nodes[top, 0] < 2.6).all(axis=1)]
     scene = Scene(
-        mesh=replace(mesh, boundaries=mesh.boundaries | {"below": below}),
+        mesh=replace(mesh, boundaries={**mesh.boundaries, "below": below}),
         geometry=Geometry.AXISYMMETRIC,
         material=METAL,
         supports=(Support("axis", 0), Symmetry("base", 1)),
