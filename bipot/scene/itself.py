@@ -105,9 +105,12 @@ class Itself:
         one, other = _within(along, along - tolerance, along + tolerance)
         same = (one < other) & (norm(x[one] - x[other]) <= tolerance) & ~(self.met[one] & self.met[other])
         same = np.flatnonzero(same)[:1]
-        twice = self.surface[np.append(one[same], other[same])].tolist() if same.size else None
-        what = "different places on the surface: merge them, or open a crack between them, whose faces know no contact"
-        require(twice is None, "mesh.nodes", f"nodes {twice} at one place", what)
+        twice = self.surface[np.append(one[same], other[same])]
+        parted = len({*self.mesh.part[twice].tolist()}) > 1
+        contact = "let the boundaries that meet there be surface and candidates of a deformable tool"
+        crack = "merge them, or open a crack between them, whose faces know no contact"
+        what = f"different places on the surface: {contact if parted else crack}"
+        require(not twice.size, "mesh.nodes", f"nodes {twice.tolist()} at one place", what)
         through = self.through(self.mesh.nodes)
         found = through and through.words
         require(found is None, "mesh", found, "a body no part of which is in another, or beyond a plane of symmetry")
