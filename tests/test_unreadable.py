@@ -124,15 +124,6 @@ def test_files_that_are_no_run_are_refused(tmp_path):
     assert len(open_results(tmp_path)) == 0
 
 
-@pytest.mark.parametrize("named", ["folder", "file"])
-def test_a_run_of_an_older_version_is_refused_by_name(tmp_path, named):
-    h5py.File(tmp_path / "run.h5", "w").close()
-    with pytest.raises(ResultsError, match=r"run\.h5: was written by an older version .* run again"):
-        open_results(tmp_path if named == "folder" else tmp_path / "run.h5")
-    with pytest.raises(ResultsError, match=r"run\.h5: was written by an older version"):
-        recorder(tmp_path)
-
-
 def test_a_run_is_read_beside_one_of_an_older_version_and_beside_an_unfinished_journal(tmp_path):
     with recorder(tmp_path):
         pass

@@ -7,12 +7,13 @@ the place y(x) on the other boundary, and
     z_p = sum_k D_pk x_k - sum_l M_pl y_l,    D_pk = int w psi_p N_k dA / int w psi_p dA,    M_pl by N_l(y(x)),
 
 with the shape functions N of the edges, is the mean vector between them over the part of the boundary that faces the
-other one, of which w counts. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`, in space :mod:`bipot.tools.polygons`), where
-neither side has a node within, so that they are exact: a uniform pressure on the one side is the same on the other,
-whatever the meshes are. What is faced more obliquely than at 60 degrees has w < 1, and from 84 on w = 0: a wall
-behind a corner would otherwise be faced all at once. Of what leans away only the foot is faced, which is no higher than
-:data:`~bipot.tools.pieces.NEAR` allows. Rows of the weights (D, -M) sum to zero. With the normal n_p, into
-the side of the points, the gap is n_p . z_p, more at an end (:func:`rounding`), and a force r_p acts on both sides.
+other one, of which w counts. Integrals are taken piece by piece (:mod:`bipot.tools.pieces`, in space
+:mod:`bipot.tools.polygons`), where neither side has a node within, so that they are exact: a uniform pressure on the
+one side is the same on the other, whatever the meshes are. What is faced more obliquely than at 60 degrees has w < 1,
+and from 84 on w = 0: a wall behind a corner would otherwise be faced all at once. Of what leans away only the foot is
+faced, which is no higher than :data:`~bipot.tools.pieces.NEAR` allows. Rows of the weights (D, -M) sum to zero. With
+the normal n_p, into the side of the points, the gap is n_p . z_p, more at an end (:func:`rounding`), and a force r_p
+acts on both sides.
 
 The distance from x to y(x), along the normal n of x, changes by m . v / (n . m) as the sides move by v to each other,
 with the normal m of y(x). Forces that do the work of the gaps are therefore along m: a corner that ploughs is pushed
