@@ -124,10 +124,9 @@ def test_files_that_are_no_run_are_refused(tmp_path):
     assert len(open_results(tmp_path)) == 0
 
 
-def test_a_run_is_read_beside_one_of_an_older_version_and_beside_an_unfinished_journal(tmp_path):
+def test_a_run_is_read_beside_an_unfinished_journal(tmp_path):
     with recorder(tmp_path):
         pass
-    (tmp_path / "run.h5").touch()
     assert open_results(tmp_path).note == ""
     (tmp_path / "run.vtkhdf.journal").touch()
     assert "the last write was interrupted and is not begun" in open_results(tmp_path).note
