@@ -17,6 +17,7 @@ and axes along which it moves nothing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,7 +31,7 @@ from bipot.conic.clarabel import solve_once
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries
-from bipot.errors import ProgramError
+from bipot.errors import NotConverged, ProgramError
 from bipot.iterate import Iterate
 from bipot.programs.data import Block, Term
 from bipot.tensors import norm
@@ -48,6 +49,9 @@ TURNLESS = 1e-12
 RESTS = 16.0
 """A motion below this many times the round-off of places is none."""
 
+BOUNDLESS = 1e6
+"""Forces that contacts exchange at a node, over all else that the body carries, of which the law tells no limit."""
+
 TIGHT = Accuracy(1e-12)
 
 OPENED = 10.0
@@ -62,10 +66,15 @@ of :data:`TIGHT`, but it may be open."""
 
 
 def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
-    """The answer with the least free rigid motion, and what is not determined, in words."""
-    iterate, r = examined.iterate, examined.r
-    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
-    noise = _noise(examined)
+    """The answer with the least free rigid motion, and what is not determined, in words.
+
+    Raises:
+        NotConverged: contacts press a node between them by more than :data:`BOUNDLESS`.
+    """
+    iterate, r, noise = examined.iterate, examined.r, _noise(examined)
+    shared = shared_forces(iterate, r)
+    _refuse_boundless(iterate, r, shared, noise)
+    words = [f"forces at node {node}" for node in shared]
     loose = loose_motions(iterate, r, noise)
     if loose.shape[1]:
         words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
@@ -75,6 +84,18 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
         return examined, tuple(words)
     least = at_least(iterate, r, loose, noise)
     return examined if least is iterate else replace(examined, iterate=least), tuple(words)
+
+
+def _refuse_boundless(iterate: Iterate, r: Floats, shared: Sequence[int], noise: float) -> None:
+    """Refuse forces at ``shared`` nodes that are as large as a solver's last step, and hide all others."""
+    here = np.isin(iterate.increment.system.candidates.node, shared)
+    carried = max(max_abs(iterate.response.element_forces), max_abs(iterate.load), max_abs(r[~here]), noise)
+    if max_abs(r[here]) > BOUNDLESS * carried:
+        largest = int(iterate.increment.system.candidates.node[here][norm(r[here]).argmax()])
+        raise NotConverged(
+            f"contacts press node {largest} between them, and nothing says how much",
+            advice=f"Take newton for the first form, or leave node {largest} to one tool.",
+        )
 
 
 def unloaded(examined: Examined) -> Examined:
