@@ -183,7 +183,7 @@ def converted(parts: MeshParts, element: Element) -> MeshParts:
         nodes, cells = np.vstack([nodes, CENTRE @ nodes[cells]]), np.column_stack([cells, centre])
     facets = Facets.of(cells, element)
     ends = {name: bounds[:, source.ends] for name, bounds in parts.boundaries.items()}
-    boundaries = {name: facets.run(facets.find(bounds), bounds) for name, bounds in ends.items()}
+    boundaries = {name: facets.run(found, ends[name]) for name, found in facets.find_each(ends).items()}
     return used(MeshParts(nodes, cells, boundaries, parts.regions))
 
 

@@ -3,6 +3,7 @@ recur."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ import scipy.sparse as sp
 
 from bipot.errors import require
 from bipot.meshes.elements import Element
-from bipot.typing import Bools, Ints
+from bipot.typing import Bools, Ints, read_only
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,16 @@ class Facets:
         return Facets(element, nodes, count > 1, nodes[crowded], first // m, number.reshape(-1, m))
 
     @property
+    def what(self) -> str:
+        """What a facet is called."""
+        return "edge" if self.element.dimension == 2 else "face"
+
+    @property
+    def one(self) -> str:
+        """The same with its article."""
+        return "an edge" if self.element.dimension == 2 else "a face"
+
+    @property
     def ends(self) -> Ints:
         """The end nodes (f, 2), or the corners of faces (f, 3 or 4)."""
         return self.nodes[:, self.element.ends]
@@ -60,6 +71,17 @@ class Facets:
         which = np.full(len(place), -1)
         which[place[: len(near)]] = near
         return which[place[len(near) :]]
+
+    def find_each(self, named: Mapping[str, Ints]) -> dict[str, Ints]:
+        """The numbers of facets by name, as :meth:`find`, by one search: most of its time does not depend on how many.
+
+        All have as many nodes.
+        """
+        if not named:
+            return {}
+        found = self.find(np.concatenate([*named.values()]))
+        ends = np.cumsum([len(facets) for facets in named.values()])[:-1]
+        return dict(zip(named, np.split(found, ends), strict=True))
 
     def run(self, which: Ints, as_given: Ints) -> Ints:
         """Nodes (f, n) of the facets ``which`` (f,): edges run as nodes ``as_given``, faces as in :attr:`nodes`."""
@@ -107,7 +129,7 @@ def require_elements(elements: Ints, count: int) -> None:
 
 def require_facets(facets: Facets, elements: Ints) -> None:
     """Require that every facet has at most two elements, one per side, and every edge its own mid-side node if any."""
-    what, way = ("edge", "numbered") if facets.element.dimension == 2 else ("face", "of a base numbered")
+    what, way = facets.what, "numbered" if facets.element.dimension == 2 else "of a base numbered"
     crowded = facets.crowded[:1].tolist()
     allowed = f"of one element a side (none overlap, all {way} anticlockwise)"
     require(not crowded, "mesh.elements", f"{what} {crowded}", allowed)
@@ -120,6 +142,17 @@ def require_facets(facets: Facets, elements: Ints) -> None:
     require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")
 
 
+def boundaries_of(facets: Facets, named: Mapping[str, Ints]) -> dict[str, Ints]:
+    """The named facets with their nodes in order; raises SceneError where one is none of these, or there twice."""
+    out, what = {}, facets.what
+    for name, found in facets.find_each(named).items():
+        label, lost = f"mesh boundary {name!r}", np.flatnonzero(found < 0)
+        require(not lost.size, label, named[name][lost[:1]].tolist(), f"the nodes of one {what} of an element")
+        require(len(np.unique(found)) == len(found), label, f"{facets.one} twice", f"{what}s that differ")
+        out[name] = read_only(facets.run(found, named[name]), np.intp)
+    return out
+
+
 def parts_of(facets: Facets) -> Ints:
     """The number (e,) of the connected part of each element; parts that touch only in a corner are apart."""
     # Only making a mesh needs this module, and imports of the library should not load it.
@@ -127,6 +160,8 @@ def parts_of(facets: Facets) -> Ints:
 
     count, sides = facets.number.shape
     owner, facet = np.repeat(np.arange(count), sides), facets.number.ravel()
-    links = sp.coo_array((np.ones(owner.size), (owner, facet)), shape=(count, len(facets.nodes)))
-    _, part = connected_components(links @ links.T, directed=False)
-    return np.asarray(part, dtype=np.intp)
+    # Elements and facets are the vertices of one graph: its links need no product of matrices.
+    size = count + len(facets.nodes)
+    links = sp.csr_array((np.ones(owner.size), (owner, count + facet)), shape=(size, size))
+    _, part = connected_components(links, directed=False)
+    return np.asarray(part[:count], dtype=np.intp)

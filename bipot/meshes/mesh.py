@@ -19,7 +19,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_type
 from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
-from bipot.meshes.facets import Facets, parts_of, require_elements, require_facets
+from bipot.meshes.facets import Facets, boundaries_of, parts_of, require_elements, require_facets
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
 from bipot.meshes.groups import Numbers
 from bipot.meshes.regions import marks_of, regions_of
@@ -76,8 +76,8 @@ class Mesh(EqualByNumbers):
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
         require_facets(self._facets, self.elements)
-        boundaries = {name: self._ordered(name, facets) for name, facets in self.boundaries.items()}
-        object.__setattr__(self, "boundaries", FrozenMap(boundaries))
+        given = {name: self._given(name, facets) for name, facets in self.boundaries.items()}
+        object.__setattr__(self, "boundaries", FrozenMap(boundaries_of(self._facets, given)))
         object.__setattr__(self, "regions", regions_of(self.regions, len(elements)))
 
     def __repr__(self) -> str:
@@ -189,26 +189,28 @@ class Mesh(EqualByNumbers):
     def _facets(self) -> Facets:
         return Facets.of(self.elements, self.element)
 
-    def _ordered(self, name: str, facets: Ints) -> Ints:
-        """The facets of a boundary with their nodes in order."""
+    @cached_property
+    def _facet_numbers(self) -> dict[str, Ints]:
+        """Boundary -> numbers (f,) of its facets."""
+        return self._facets.find_each(self.boundaries)
+
+    def _found(self, *names: str) -> Ints:
+        """Numbers (f,) of the :meth:`edges` of the named boundaries."""
+        self.edges(*names)  # refuses names that are none
+        return np.concatenate([self._facet_numbers[name] for name in names])
+
+    def _given(self, name: str, facets: object) -> Ints:
+        """The facets of a boundary as node numbers."""
         require_type(name, str, "mesh.boundaries, a name")
-        label = f"mesh boundary {name!r}"
-        what, one = ("edge", "an edge") if self.dimension == 2 else ("face", "a face")
-        width = self._facets.nodes.shape[1]
-        facets = _connectivity(facets, {width: f"{one} of {self.element.name}"}, label, what, len(self.nodes))
-        found = self._facets.find(facets)
-        lost = np.flatnonzero(found < 0)
-        require(not lost.size, label, facets[lost[:1]].tolist(), f"the nodes of one {what} of an element")
-        require(len(np.unique(found)) == len(found), label, f"{one} twice", f"{what}s that differ")
-        return read_only(self._facets.run(found, facets), np.intp)
+        widths = {self._facets.nodes.shape[1]: f"{self._facets.one} of {self.element.name}"}
+        return _connectivity(facets, widths, f"mesh boundary {name!r}", self._facets.what, len(self.nodes))
 
     def require_outer(self, field: str, *names: str) -> None:
         """Refuse named boundaries, those of a ``field``, with a facet between two elements, or one that two have.
 
         Nothing outside of the body can touch what lies between two elements.
         """
-        edges, what = self.edges(*names), "edge" if self.dimension == 2 else "face"
-        found = self._facets.find(edges)
+        edges, found, what = self.edges(*names), self._found(*names), self._facets.what
         inner = edges[self._facets.shared[found]][:1].tolist()
         require(not inner, field, names, f"{what}s of one element each; {inner} lies between two")
         require(len(np.unique(found)) == len(found), field, names, f"boundaries without a common {what}")
@@ -232,7 +234,7 @@ class Mesh(EqualByNumbers):
 
     def surface(self, name: str) -> tuple[Ints, Ints]:
         """Facets (f, n) of the boundary ``name``, which run anticlockwise around their elements, and these (f,)."""
-        found = self._facets.find(self.boundary(name))
+        found = self._found(name)
         return self._facets.nodes[found], self._facets.owner[found]
 
     def around(self, *names: str) -> Ints:
@@ -260,7 +262,7 @@ class Mesh(EqualByNumbers):
 
     def owners(self, *names: str) -> Ints:
         """The elements (f,) of the :meth:`edges` of the named boundaries; of two the first."""
-        return self._facets.owner[self._facets.find(self.edges(*names))]
+        return self._facets.owner[self._found(*names)]
 
     def boundary_nodes(self, *names: str) -> Ints:
         """Sorted node numbers on the union of the named boundaries."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +26,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.symmetry import PLANAR, Mirror
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints, einsum
+from bipot.typing import Bools, Floats, Ints, einsum, read_only
 
 DRIFT = 1e-12
 """Relative drift by round-off, over some thousand increments, of nodes off the plane in which they are held."""
@@ -154,10 +154,11 @@ class Itself:
         return np.ascontiguousarray(self.mesh.elements.T)
 
 
+@cache
 def _beneath(element: Element, depth: float) -> Floats:
     """Shape functions (k, k) at places at a ``depth`` as of :data:`BENEATH` beneath each node."""
     places = element.every_place
-    return tabulated_at(element, places + depth * (element.places.mean(axis=0) - places)).values
+    return read_only(tabulated_at(element, places + depth * (element.places.mean(axis=0) - places)).values, np.float64)
 
 
 def _within(values: Floats, low: Floats, high: Floats) -> tuple[Ints, Ints]:
