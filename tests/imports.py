@@ -4,6 +4,7 @@ A room is a module or package directly below ``bipot``, or another package of th
 """
 
 import ast
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 
@@ -17,16 +18,29 @@ def modules(root):
     return found
 
 
+@cache
 def imports(name, path):
     """Dotted names of what the module imports, anywhere in it: of modules or of names in them."""
+    return tuple(_imports(name, path))
+
+
+def _imports(name, path):
     package = name.split(".") if path.name == "__init__.py" else name.split(".")[:-1]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else []
             source = ".".join([*base, *(node.module or "").split(".")]).strip(".")
             yield from (f"{source}.{alias.name}" for alias in node.names)
+
+
+def statements(within):
+    """All statements within a node: expressions, which are most of what there is, have none."""
+    for node in ast.iter_child_nodes(within):
+        if not isinstance(node, ast.expr):
+            yield node
+            yield from statements(node)
 
 
 def graph(root):

@@ -43,7 +43,7 @@ def test_strong_perfect_flow_takes_no_more_passes_than_newton(form, most):
     """With C^ep alone, which leaves out how the configuration moves, it takes twice as many."""
 
     def passes(control):
-        return sum(a.passes for a in march(upsetting(mu=0.1, reduction=0.3, elements=4), Schedule(30), control))
+        return sum(a.passes for a in march(upsetting(mu=0.1, reduction=0.3, elements=3), Schedule(20), control))
 
     assert passes(Control(form, ())) <= most * passes(Control(Newton(), ()))
 

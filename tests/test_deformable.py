@@ -67,7 +67,7 @@ def test_a_uniform_pressure_passes_meshes_that_do_not_match(lower, upper, turn, 
     "geometry", [Geometry.AXISYMMETRIC, pytest.param(Geometry.PLANE_STRAIN, marks=pytest.mark.slow)]
 )
 def test_all_forms_give_one_answer(geometry):
-    scene, few = pressed(geometry=geometry, press=0.3), Schedule(2, first=0.05)
+    scene, few = pressed(geometry=geometry, press=0.1, elements=2), Schedule(2, first=0.1)
     first = last(scene, schedule=few)
     for form in (Tangent(), Dissipation(), Delassus()):
         other = last(scene, Control(form, ()), few)
@@ -93,11 +93,17 @@ def depths(one, other):
     return np.array(out)
 
 
+@pytest.fixture(scope="module")
+def steps():
+    """The march of a pressed billet."""
+    return list(march(pressed(), FEW, NEWTON))
+
+
 @pytest.mark.parametrize("geometry", [Geometry.AXISYMMETRIC, Geometry.PLANE_STRAIN])
-def test_forces_balance_obey_the_law_and_surfaces_do_not_overlap(geometry):
+def test_forces_balance_obey_the_law_and_surfaces_do_not_overlap(geometry, steps):
     """Recomputed from nodes, nodal forces of the stress and what supports bear alone."""
     scene = pressed(geometry=geometry)
-    for accepted in march(scene, FEW, NEWTON):
+    for accepted in steps if scene.ring else march(scene, FEW, NEWTON):
         iterate, mesh = accepted.solved.iterate, scene.mesh
         space = iterate.increment.system.body.space
         contact = space.nodal(iterate.response.element_forces) - accepted.reactions
@@ -120,9 +126,10 @@ def test_forces_balance_obey_the_law_and_surfaces_do_not_overlap(geometry):
 
 
 def test_work_is_what_is_stored_and_dissipated():
-    coarse, fine = (last(pressed(), schedule=Schedule(n, first=0.1 / n)).energies for n in (4, 12))
-    assert abs(coarse.energy_error) < 1e-3
-    assert abs(fine.energy_error) < 2e-4
+    scene = pressed(elements=2)
+    coarse, fine = (last(scene, schedule=Schedule(n, first=0.1 / n)).energies for n in (4, 12))
+    assert abs(coarse.energy_error) < 5e-4
+    assert abs(fine.energy_error) < 1e-4
     assert fine.friction > 0.01 * fine.work
 
 
@@ -147,19 +154,18 @@ def test_a_corner_that_ploughs_is_pushed_back_by_the_slope_before_it(increments)
 
 def test_a_stiff_punch_is_a_rigid_one():
     """Its force is that of a flat tool, the more so the stiffer."""
-    errors = []
-    for young in (1e7, 1e9):
-        scene = pressed(punch=Elastic(Elasticity(young, 0.0)))
-        tool = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -0.6), ("billet/top", "billet/side"), 0.2)
-        rigid = Scene(
-            mesh=together({"billet": scene.mesh.__class__(*_part(scene.mesh, "billet"))}),
-            geometry=scene.geometry,
-            material=STEEL,
-            supports=scene.supports[:2],
-            tools=(tool,),
-        )
-        one, other = last(scene).tool_force(0)[1], last(rigid).tool_force(0)[1]
-        errors.append(abs(one / other - 1))
+    scene = pressed()
+    tool = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -0.6), ("billet/top", "billet/side"), 0.2)
+    rigid = Scene(
+        mesh=together({"billet": scene.mesh.__class__(*_part(scene.mesh, "billet"))}),
+        geometry=scene.geometry,
+        material=STEEL,
+        supports=scene.supports[:2],
+        tools=(tool,),
+    )
+    force = last(rigid).tool_force(0)[1]
+    stiff = [pressed(punch=Elastic(Elasticity(young, 0.0))) for young in (1e7, 1e9)]
+    errors = [abs(last(of).tool_force(0)[1] / force - 1) for of in stiff]
     assert errors[1] < errors[0] < 1e-3
     assert errors[1] < 2e-4
 
@@ -183,7 +189,7 @@ def test_sliding_friction_is_mu_times_the_pressing_force():
         Prescribed("up/top", 0, 1.5, Amplitude(((0.0, 0.0), (0.2, 0.0), (1.0, 1.0)))),
     )
     scene = Scene(mesh, Geometry.PLANE_STRAIN, ELASTIC, supports, (DeformableTool(("low/top",), ("up/base",), 0.3),))
-    steps = list(march(scene, Schedule(30), Control(Newton())))
+    steps = list(march(scene, Schedule(10), Control(Newton())))
     force = steps[-1].tool_forces[0]
     assert -force[0] == pytest.approx(0.3 * force[1], rel=1e-3)
     assert steps[-1].state.tau == 1.0
@@ -214,8 +220,8 @@ def test_long_increments_do_not_let_parts_pass_through_each_other():
         next(march(scene, Schedule(1), Control(Newton(), cuts=0)))
 
 
-def test_other_units_and_places_change_nothing():
-    scene, here = pressed(), last(pressed())
+def test_other_units_and_places_change_nothing(steps):
+    scene, here = pressed(), steps[-1]
     mesh = replace(scene.mesh, nodes=scene.mesh.nodes * 1e-3)
     punch = replace(scene.supports[-1], displacement=-0.6e-3)
     pascal = replace(
@@ -243,14 +249,13 @@ def test_a_stack_of_blocks_yields_where_the_weaker_does():
 
 
 def test_a_run_is_recorded_resumed_and_read(tmp_path):
-    scene, units = pressed(press=0.2), {"length": "mm", "stress": "MPa"}
+    scene, units = pressed(press=0.2, elements=2), {"length": "mm", "stress": "MPa"}
     table = (columns.INCREMENT, columns.OVERLAP)
-    with Recorder(tmp_path / "whole", scene, table, {}, units) as recorder:
-        for accepted in march(scene, FEW, NEWTON):
-            recorder.record(accepted)
-    with Recorder(tmp_path / "part", scene, table, {}, units) as recorder:
-        for accepted, _ in zip(march(scene, FEW, NEWTON), range(3), strict=False):
-            recorder.record(accepted)
+    steps = list(march(scene, FEW, NEWTON))
+    for name, few in (("whole", steps), ("part", steps[:3])):
+        with Recorder(tmp_path / name, scene, table, {}, units) as recorder:
+            for accepted in few:
+                recorder.record(accepted)
     with Recorder(tmp_path / "part", scene, table, {}, units, existing=Existing.RESUME) as recorder:
         for accepted in march(scene, FEW, NEWTON, start=recorder.start):
             recorder.record(accepted)

@@ -59,8 +59,8 @@ def dragged(element=Element.Q4, mu=5.0, m=0.3, go=0.5, swapped=False):
         (Element.Q4, 5.0, Newton()),
         (Element.Q8, np.inf, Dissipation()),
         pytest.param(Element.Q4, np.inf, Tangent(), marks=pytest.mark.slow),
-        pytest.param(Element.H8, 5.0, Newton(), marks=pytest.mark.slow),
-        (Element.H8, np.inf, Dissipation()),
+        (Element.H8, 5.0, Newton()),
+        pytest.param(Element.H8, np.inf, Dissipation(), marks=pytest.mark.slow),
     ],
 )
 def test_a_block_that_slides_bears_the_cap_times_its_area(element, mu, form):
@@ -82,7 +82,7 @@ def test_candidates_that_go_on_beyond_the_other_side_bear_the_cap_times_what_the
 
 
 def test_forms_agree_and_more_than_the_cap_is_no_friction():
-    scene = pressed(press=0.2, elements=3)
+    scene = pressed(press=0.2, elements=2)
     (tool,) = scene.tools
     forces = []
     for m in (0.05, 0.2):

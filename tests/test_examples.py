@@ -118,7 +118,7 @@ def test_a_mesh_of_a_file_has_its_boundaries_and_marches(run):
 
 
 def test_two_metals_share_the_force_by_their_areas_without_friction(run):
-    found = run("clad_billet", accuracy=3e-3, elements=6)
+    found = run("clad_billet", accuracy=1e-2, elements=4)
     force = {mu: {name: -last.tool_force(0)[1] for name, last in lasts.items()} for mu, lasts in found.items()}
     steel, copper = force[0.0]["steel"], force[0.0]["copper"]
     # Each stays a cylinder: height and volume, less what is elastic, give its plastic strain and its area.
@@ -273,7 +273,7 @@ def test_the_stress_that_draws_a_bar_is_between_its_bounds(run):
 
 
 def test_a_punch_that_gives_way_presses_a_little_less(run):
-    rows = run("elastic_punch", travel=0.2, elements=4)
+    rows, _ = run("elastic_punch", travel=0.2, elements=4)
     (_, rigid, none), (_, hard, shallow), (_, soft, deep) = rows
     assert none == 0 < shallow < deep
     assert 0.99 * rigid < soft < hard < rigid

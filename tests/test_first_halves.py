@@ -45,7 +45,7 @@ def end(scene, parts, tau):
 def test_the_first_increment_errs_by_a_third_of_backward_euler_at_most(scene):
     own = first(scene, 1e-4)
     tau = own.state.tau
-    exact = end(scene, 200, tau).tool_forces[0, 1]
+    exact = end(scene, 100, tau).tool_forces[0, 1]
     one, halved = (abs(step.tool_forces[0, 1] / exact - 1) for step in (first(scene, landings=(tau,)), own))
     assert one > 1e-4
     assert halved < one / 3

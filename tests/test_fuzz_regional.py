@@ -17,12 +17,12 @@ from studies.fuzz.unfolded import unfolded
 from studies.fuzz.variants import variants
 from tests.scenes import with_course
 
-PLANE, SOLID = 0, 8
+PLANE, SOLID = 14, 8
 """Seeds of scenes that end certified; that in the plane has a region that never yields."""
 
 
 def test_scenes_have_one_or_two_regions_and_are_always_the_same():
-    scenes = [draw_regional(seed).scene for seed in range(30)]
+    scenes = [draw_regional(seed).scene for seed in range(9)]
     counts = [len(scene.regions) for scene in scenes]
     assert set(counts) == {1, 2}
     assert any(isinstance(own, Elastic) for scene in scenes for own in scene.regions.values())

@@ -75,9 +75,9 @@ def test_paper_configuration_loses_the_two_factors(increments, volume, force_fac
 
 
 @cache
-def histories(mu):
-    """Force, nodes and the increments of both forms at 45 %, 8 x 8, fifteen uniform increments."""
-    scene = upsetting(mu=mu, elements=8)
+def histories(mu, elements=8):
+    """Force, nodes and the increments of both forms at 45 %, fifteen uniform increments."""
+    scene = upsetting(mu=mu, elements=elements)
     out = {}
     for form in (DIRECT, Dissipation()):
         accepted = list(march(scene, path(0.45, 15), Control(form)))
@@ -107,7 +107,7 @@ def test_the_force_lies_in_the_rigorous_bracket(mu):
 @pytest.mark.parametrize("mu", [0.1, pytest.param(0.3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("form", [FormName.TANGENT, FormName.DISSIPATION])
 def test_every_accepted_increment_is_certified(mu, form):
-    for accepted in histories(mu)[form][1]:
+    for accepted in histories(mu, 4)[form][1]:
         c = accepted.solved.certificate
         assert c.equilibrium <= 1e-6
         assert c.yield_violation <= 1e-6
@@ -118,7 +118,7 @@ def test_every_accepted_increment_is_certified(mu, form):
 
 @pytest.mark.parametrize("mu", [0.1, 0.3])
 def test_energy_balance_closes_to_a_thousandth(mu):
-    energies = histories(mu)[FormName.TANGENT][1][-1].energies
+    energies = histories(mu, 4)[FormName.TANGENT][1][-1].energies
     spent = energies.elastic + energies.plastic + energies.friction
     assert energies.work == pytest.approx(spent, rel=2e-3)
 

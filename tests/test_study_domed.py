@@ -31,6 +31,7 @@ def test_the_deck_has_the_scene_and_a_sphere_that_touches_its_top():
 
 
 @INSTALLED
+@pytest.mark.slow
 def test_the_fast_study_has_the_foreign_force(tmp_path):
     assert domed.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_rows(tmp_path / "domed.csv", Row)

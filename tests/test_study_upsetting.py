@@ -186,11 +186,12 @@ def test_the_sampling_is_of_the_tool_and_of_the_stored_run_which_resumes(tmp_pat
 
 
 def test_an_interrupted_study_resumes_to_the_history_of_a_whole_one(tmp_path, monkeypatch):
-    assert study(tmp_path / "whole", "--mu", "0.3") == 0
+    line = ["--mu", "0.3", "--form", "newton"]
+    assert study(tmp_path / "whole", *line) == 0
     with monkeypatch.context() as patched:
         patched.setattr(upsetting, "march", broken(KeyboardInterrupt()))
-        assert study(tmp_path / "parts", "--mu", "0.3") == 130
-    assert study(tmp_path / "parts", "--mu", "0.3", "--resume") == 0
+        assert study(tmp_path / "parts", *line) == 130
+    assert study(tmp_path / "parts", *line, "--resume") == 0
     resumed, whole = (open_results(tmp_path / name / "mu0.3") for name in ("parts", "whole"))
     assert len(resumed) == len(whole) > 3
     for name in set(whole.columns) - {"seconds"}:

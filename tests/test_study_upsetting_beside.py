@@ -13,7 +13,7 @@ from studies.run_names import element_of, is_papers, name_of
 from studies.upsetting_beside import BESIDE
 from studies.upsetting_limits import TITLE, against_limits, force_at
 
-SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05"]
+SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05", "--form", "newton"]
 
 
 def study(out, *more):

@@ -25,7 +25,7 @@ def test_either_side_may_have_the_candidates():
     one = hertz_two_bodies.pressed(16, 0.0)
     (tool,) = one.tools
     other = replace(one, tools=(DeformableTool(tool.candidates, tool.surface, tool.mu),))
-    forces = [Watch().end(scene, Schedule(4)).tool_force(0)[1] for scene in (one, other)]
+    forces = [Watch().end(scene, Schedule(2)).tool_force(0)[1] for scene in (one, other)]
     assert forces[0] == pytest.approx(-forces[1], rel=1e-3)
 
 
