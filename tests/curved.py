@@ -62,7 +62,7 @@ def dragged(**changes) -> Scene:
 def marched(scene: Scene, form: Form | None = None, increments: int = 10, **limits) -> list[Accepted]:
     """Every increment of a march by one form alone, of order one: what order two carries on where is a choice."""
     control = Control(form or Newton(), fallbacks=(), limits=Limits(**limits), integration=Integration.BACKWARD_EULER)
-    return list(march(scene, Schedule(increments, first=0.01), control))
+    return list(march(scene, Schedule(increments, first=0.01, settling=1, growth=4.0), control))
 
 
 @cache

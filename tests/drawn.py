@@ -24,7 +24,7 @@ def record(folder, scene, stop=None, parameters=None, increments=5):
     )
     control = Control(Newton(), (Tangent(), Dissipation()))
     with Recorder(folder, scene, (INCREMENT, *own, *COURSE, SECONDS), parameters or {}, {}) as out:
-        for accepted in march(scene, Schedule(increments, first=0.005), control):
+        for accepted in march(scene, Schedule(increments, first=0.005, settling=1, growth=4.0), control):
             if stop is not None and accepted.number > stop:
                 raise KeyboardInterrupt
             out.record(accepted)

@@ -14,7 +14,7 @@ from bipot.results.columns import COURSE, INCREMENT, SECONDS, Column, certificat
 from bipot.state import State
 
 SCENE = upsetting(mu=0.3, elements=2, reduction=0.2)
-SCHEDULE = Schedule(4, first=0.005)
+SCHEDULE = Schedule(4, first=0.005, settling=1, growth=4.0)
 CONTROL = Control(Tangent())
 REDUCTION = Column("reduction", "of the height", lambda _, a: 0.2 * a.state.tau)
 COLUMNS = (INCREMENT, REDUCTION, *energies("J", 1e-3), *COURSE, *certificate("J", 1e-3), SECONDS)

@@ -28,7 +28,7 @@ from bipot import (
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 1000.0))
 COPPER = VonMises(Elasticity(120e3, 0.34), Linear(80.0, 400.0))
 HARD = Elastic(Elasticity(600e3, 0.22))
-FEW = Schedule(3, first=0.01)
+FEW = Schedule(3, first=0.01, settling=1, growth=4.0)
 
 
 def middles(mesh):

@@ -73,7 +73,11 @@ def test_a_mean_at_a_plane_of_symmetry_is_that_of_the_whole_body(element, slope)
         return Scene(mesh, Geometry.PLANE_STRAIN, METAL, (BASE, *supports), (tool,))
 
     half, whole, pushed = scene(4.0, 0.0, 2, Symmetry("left", 0)), scene(8.0, 4.0, 4), 0.0
-    for part, both in zip(march(half, Schedule(5, 0.01)), march(whole, Schedule(5, 0.01)), strict=True):
+    for part, both in zip(
+        march(half, Schedule(5, 0.01, settling=1, growth=4.0)),
+        march(whole, Schedule(5, 0.01, settling=1, growth=4.0)),
+        strict=True,
+    ):
         assert part.tool_force(0) == pytest.approx(both.tool_force(0), rel=1e-6, abs=1e-3)
         assert part.energies.friction == pytest.approx(both.energies.friction, rel=1e-5)
         pushed = -part.tool_force(0)[1]

@@ -61,8 +61,10 @@ def test_a_load_leaves_what_a_refusal_advises():
 def test_where_a_tool_folds_a_body_that_bears_a_load_a_new_mesh_is_advised_too():
     pressed = replace(WHOLE, tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -1.9), ("top",), 0.3),))
     steel = replace(pressed, material=VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 200.0)))
-    assert "Remesh there: shorter increments fold the element too." in str(ends(steel, Schedule(20, first=0.01)))
-    loaded = str(ends(replace(steel, loads=(FAINT,)), Schedule(20, first=0.01)))
+    assert "Remesh there: shorter increments fold the element too." in str(
+        ends(steel, Schedule(20, first=0.01, settling=1, growth=4.0))
+    )
+    loaded = str(ends(replace(steel, loads=(FAINT,)), Schedule(20, first=0.01, settling=1, growth=4.0)))
     assert "Remesh there, or load the body less" in loaded
 
 

@@ -50,7 +50,9 @@ def test_strong_perfect_flow_takes_no_more_passes_than_newton(form, most):
 
 def test_the_last_pass_squares_the_error():
     """Passes that halve it end just below the bound of 1e-7; the last of these ends far below."""
-    *_, last = march(upsetting(mu=0.1, reduction=0.3, elements=4), Schedule(6, 0.01), Control(Tangent(), ()))
+    *_, last = march(
+        upsetting(mu=0.1, reduction=0.3, elements=4), Schedule(6, 0.01, settling=1, growth=4.0), Control(Tangent(), ())
+    )
     assert last.passes >= 3
     assert last.solved.certificate.equilibrium < 1e-8
 

@@ -178,7 +178,13 @@ SORTS = {
 def test_forms_agree_on_scenes_of_all_sorts(name):
     """Each with the others behind it, as marches are by default."""
     one, other = (
-        list(march(SORTS[name](), Schedule(15, first=0.01), Control(form, integration=Integration.BACKWARD_EULER)))
+        list(
+            march(
+                SORTS[name](),
+                Schedule(15, first=0.01, settling=1, growth=4.0),
+                Control(form, integration=Integration.BACKWARD_EULER),
+            )
+        )
         for form in (Newton(), Tangent())
     )
     assert one[-1].form is FormName.NEWTON

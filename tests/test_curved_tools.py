@@ -85,7 +85,7 @@ def test_the_law_holds_between_positions(geometry):
 def test_energies_balance_to_order_two():
     errors = []
     for increments in (10, 20, 40):
-        last = list(march(dragged(), Schedule(increments, first=0.01), Control(Newton())))[-1]
+        last = list(march(dragged(), Schedule(increments, first=0.01, settling=1, growth=4.0), Control(Newton())))[-1]
         energies: Energies = last.course.energies
         assert energies.friction > 0
         errors.append(abs(energies.energy_error))
@@ -148,7 +148,7 @@ def test_half_a_body_has_half_the_force_of_the_whole():
 @pytest.mark.slow
 def test_landings_are_located_by_the_true_gap():
     control = Control(Newton(), fallbacks=(), locate=Locate())
-    accepted = list(march(pressed(), Schedule(6, first=0.01), control))
+    accepted = list(march(pressed(), Schedule(6, first=0.01, settling=1, growth=4.0), control))
     landed = [a for a in accepted if a.landed is not None]
     assert len(landed) >= 3
     for a in landed:
@@ -201,7 +201,11 @@ def test_a_punch_that_a_plane_of_symmetry_cuts_may_not_leave_it():
 
 @pytest.mark.parametrize("geometry", PLANES)
 def test_a_march_goes_on_from_every_course_to_the_last_bit(geometry):
-    scene, schedule, control = pressed(geometry, elements=2), Schedule(5, first=0.01), Control(Newton())
+    scene, schedule, control = (
+        pressed(geometry, elements=2),
+        Schedule(5, first=0.01, settling=1, growth=4.0),
+        Control(Newton()),
+    )
     whole = list(march(scene, schedule, control))
     for k, before in enumerate(whole[:-1]):
         after = next(march(scene, schedule, control, stored(before.course)))
@@ -212,7 +216,7 @@ def test_a_march_goes_on_from_every_course_to_the_last_bit(geometry):
 def test_a_march_goes_on_under_a_circle_so_large_that_its_gaps_are_of_round_off():
     """Of the recomputed gaps alone: those that a march carries along are good to the round-off of motions."""
     scene = pressed(surface=Circle((0.0, 1.0 + 1e8), 1e8), elements=2)
-    schedule, control = Schedule(3, first=0.01), Control(Newton())
+    schedule, control = Schedule(3, first=0.01, settling=1, growth=4.0), Control(Newton())
     whole = list(march(scene, schedule, control))
     after = next(march(scene, schedule, control, stored(whole[-2].course)))
     np.testing.assert_array_equal(after.state.nodes, whole[-1].state.nodes)
@@ -221,7 +225,7 @@ def test_a_march_goes_on_under_a_circle_so_large_that_its_gaps_are_of_round_off(
 def test_a_run_is_recorded_with_its_surface_and_read_back(tmp_path):
     scene = pressed(elements=2)
     with Recorder(tmp_path, scene, COLUMNS, {"mu": 0.2}, {"length": "mm", "force": "N"}) as out:
-        accepted = list(march(scene, Schedule(3, first=0.01), Control(Newton())))
+        accepted = list(march(scene, Schedule(3, first=0.01, settling=1, growth=4.0), Control(Newton())))
         for increment in accepted:
             out.record(increment)
     run = history.open(tmp_path)

@@ -42,7 +42,7 @@ from tests.deformable import ELASTIC, STEEL, bulging, pressed, shifted, stack
 from tests.scenes import refused
 
 NEWTON = Control(Newton(), ())
-FEW = Schedule(5, first=0.02)
+FEW = Schedule(5, first=0.02, settling=1, growth=4.0)
 
 
 def last(scene, control=NEWTON, schedule=FEW):
@@ -67,7 +67,7 @@ def test_a_uniform_pressure_passes_meshes_that_do_not_match(lower, upper, turn, 
     "geometry", [Geometry.AXISYMMETRIC, pytest.param(Geometry.PLANE_STRAIN, marks=pytest.mark.slow)]
 )
 def test_all_forms_give_one_answer(geometry):
-    scene, few = pressed(geometry=geometry, press=0.1, elements=2), Schedule(2, first=0.1)
+    scene, few = pressed(geometry=geometry, press=0.1, elements=2), Schedule(2, first=0.1, settling=1, growth=4.0)
     first = last(scene, schedule=few)
     for form in (Tangent(), Dissipation(), Delassus()):
         other = last(scene, Control(form, ()), few)
@@ -127,9 +127,9 @@ def test_forces_balance_obey_the_law_and_surfaces_do_not_overlap(geometry, steps
 
 def test_work_is_what_is_stored_and_dissipated():
     scene = pressed(elements=2)
-    coarse, fine = (last(scene, schedule=Schedule(n, first=0.1 / n)).energies for n in (4, 12))
-    assert abs(coarse.energy_error) < 5e-4
-    assert abs(fine.energy_error) < 1e-4
+    coarse, fine = (last(scene, schedule=Schedule(n, first=0.1 / n, settling=1, growth=4.0)).energies for n in (4, 12))
+    assert abs(coarse.energy_error) < 1e-3
+    assert abs(fine.energy_error) < 2e-4
     assert fine.friction > 0.01 * fine.work
 
 

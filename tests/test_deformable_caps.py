@@ -89,7 +89,7 @@ def test_forms_agree_and_more_than_the_cap_is_no_friction():
         capped = replace(scene, tools=(replace(tool, mu=0.5, shear=m),))
         found = []
         for form in (Newton(), Dissipation()):
-            *_, last = march(capped, Schedule(2, first=0.05), Control(form, ()))
+            *_, last = march(capped, Schedule(2, first=0.05, settling=1, growth=4.0), Control(form, ()))
             found.append(last.tool_force(0)[1])
         np.testing.assert_allclose(found, found[0], rtol=1e-5)
         forces.append(-found[0])

@@ -129,7 +129,7 @@ def test_walls_beside_a_corner_are_not_faced_all_at_once():
     swapped = DeformableTool(("billet/top", "billet/side"), ("punch/base",), 0.2)
     forces = []
     for of in (scene, replace(scene, tools=(swapped,))):
-        *_, last = march(of, Schedule(4, first=0.02), NEWTON)
+        *_, last = march(of, Schedule(4, first=0.02, settling=1, growth=4.0), NEWTON)
         forces.append(abs(last.tool_force(0)[1]))
     assert forces[1] == pytest.approx(forces[0], rel=2e-3)
 

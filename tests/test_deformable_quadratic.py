@@ -121,7 +121,7 @@ def test_forms_agree_and_work_is_what_is_stored_and_dissipated(element):
     scene = pressed(press=0.3, elements=2, element=element)
     found = []
     for form in (Newton(), Dissipation()):
-        *_, last = march(scene, Schedule(2, first=0.05), Control(form, ()))
+        *_, last = march(scene, Schedule(2, first=0.05, settling=1, growth=4.0), Control(form, ()))
         assert last.solved.certificate.relative_gap < 1e-7
         found.append(last)
     np.testing.assert_allclose(*(last.tool_force(0) for last in found), rtol=1e-5, atol=1e-3)

@@ -37,7 +37,7 @@ TURNS = {"straight": np.eye(3), "turned": Rotation.from_rotvec([0.3, -0.5, 0.2])
 SIDES = "right", "back"
 
 
-ONE, FEW = Schedule(1), Schedule(2, first=0.02)
+ONE, FEW = Schedule(1), Schedule(2, first=0.02, settling=1, growth=4.0)
 
 
 def last(scene, control=NEWTON, schedule=ONE):

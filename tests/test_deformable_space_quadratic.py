@@ -188,7 +188,7 @@ def test_forms_agree_and_work_is_kept(element):
 @pytest.mark.slow
 def test_all_elements_tend_to_one_force():
     """The pressing of a block by a punch: 0.5 per cent on meshes as coarse as these."""
-    schedule = Schedule(3, first=0.05)
+    schedule = Schedule(3, first=0.05, settling=1, growth=4.0)
     force = [
         last(pressed(press=0.3, n=n, element=of), NEWTON, schedule).tool_force(0)[2]
         for of, n in ((Element.H8, 4), (Element.T10, 2), (Element.H20, 2))

@@ -292,7 +292,7 @@ def test_seven_points_know_where_an_element_begins(element, rule, volume, least,
         begun = Mesh(mesh.nodes, mesh.elements[:, order], mesh.boundaries)
         supports = (Support("base", 1), Symmetry("left", 0))
         scene = Scene(begun, Geometry.PLANE_STRAIN, STEEL, supports, (tool,), quadrature=rule, volume=volume)
-        *_, last = march(scene, Schedule(3, first=0.01), Control(Newton()))
+        *_, last = march(scene, Schedule(3, first=0.01, settling=1, growth=4.0), Control(Newton()))
         forces.append(last.tool_force(0)[1])
     off = abs(np.array(forces) / forces[0] - 1)
     assert least <= off[1] < most

@@ -49,7 +49,7 @@ def summed(scene, accepted, rule):
 def begun(mu, integration, hardening):
     """The state at 5 % that all refinements share, and the scene to 20 %."""
     scene = upsetting(mu=mu, reduction=END, elements=3, hardening=hardening)
-    schedule = Schedule(8, first=0.001 / END, landings=(BEGIN / END,))
+    schedule = Schedule(8, first=0.001 / END, landings=(BEGIN / END,), settling=1, growth=4.0)
     steps = march(scene, schedule, Control(**FORMS, integration=integration))
     return scene, next(a.state for a in steps if a.state.tau == BEGIN / END)
 
@@ -107,7 +107,13 @@ def test_end_of_step_energies_close_in_small_strain(mu, integration):
     """Equilibrium at the end tested with dU: an identity in ``paper``, whatever yields and slips."""
     scene = upsetting(mu=mu, reduction=0.01, elements=3, configuration=Configuration.PAPER)
     limits = Limits(Bounds(equilibrium=1e-8))
-    steps = list(march(scene, Schedule(8, first=0.05), Control(**FORMS, limits=limits, integration=integration)))
+    steps = list(
+        march(
+            scene,
+            Schedule(8, first=0.05, settling=1, growth=4.0),
+            Control(**FORMS, limits=limits, integration=integration),
+        )
+    )
     total = summed(scene, steps, Rule.END)
     assert abs(total.imbalance) <= 1e-8 * total.work
     assert total.plastic > 0.5 * total.work
@@ -148,7 +154,7 @@ def test_the_elastic_part_is_the_energy_of_the_stress_and_the_plastic_one_that_o
     stress, weight = accepted[-1].state.stress, accepted[-1].solved.response.kinematics.volume
     stored = np.sum(weight * np.sum(stress * (stress @ material.elasticity.compliance(4)), axis=-1)) / 2
     assert scene.images == 2
-    steps = list(march(scene, Schedule(8, first=0.005), Control(**FORMS)))
+    steps = list(march(scene, Schedule(8, first=0.005, settling=1, growth=4.0), Control(**FORMS)))
     assert summed(scene, steps, Rule.TRAPEZOIDAL).elastic == pytest.approx(2 * stored, rel=5e-3)
     spent = sum(
         float(np.sum(a.solved.response.kinematics.volume * material.hardening.yield_stress(a.start.peeq + dp / 2) * dp))

@@ -123,7 +123,7 @@ def scenes():
 
 def test_a_slice_under_a_prism_is_in_plane_strain():
     """Half a millimetre thick, beside its mirror image, whose force is counted too."""
-    plane, space = (list(march(scene, Schedule(2, first=0.05)))[-1] for scene in scenes())
+    plane, space = (list(march(scene, Schedule(2, first=0.05, settling=1, growth=4.0)))[-1] for scene in scenes())
     np.testing.assert_allclose(space.tool_force(0)[2], plane.tool_force(0)[1], rtol=1e-7)
     behind = space.scene.mesh.nodes[:, 1] == 0
     found = np.sort(space.state.nodes[behind][:, [0, 2]], axis=0)

@@ -17,7 +17,7 @@ def retreating(path):
 
 def test_what_touches_nothing_turns_no_path_whatever_it_does():
     """A kink of its path began the prediction and the flow of all others anew."""
-    schedule = Schedule(10, first=0.005, landings=(HALF,))
+    schedule = Schedule(10, first=0.005, landings=(HALF,), settling=1, growth=4.0)
     paths = ((0.0, 0.0), (1.0, 1.0)), ((0.0, 0.0), (HALF, 1.0), (1.0, 0.0))
     even, other = (list(march(retreating(path), schedule)) for path in paths)
     assert [a.passes for a in other] == [a.passes for a in even]
@@ -34,7 +34,7 @@ def test_a_roll_keeps_what_it_has_bitten_where_a_pusher_far_behind_it_stops():
     path = ((0.0, 0.0), (HALF, 1.0), (1.0, 1.0))
     pusher = FlatTool((-bite - 30.0, 0.0), (1.0, 0.0), (3.0, 0.0), ("left",), 0.0, path)
     scene = Scene(mesh, Geometry.PLANE_STRAIN, METAL, (Symmetry("base", 1),), (rolled, pusher))
-    steps = list(march(scene, Schedule(12, first=0.01)))
+    steps = list(march(scene, Schedule(12, first=0.01, settling=1, growth=4.0)))
     (stopped,) = (k for k, a in enumerate(steps) if a.state.tau == HALF)
     before, after = (-forces(steps)[k, 0, 1] for k in (stopped, stopped + 1))
     assert steps[stopped].state.gap[-3:].min() > 0.1

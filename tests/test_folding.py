@@ -66,7 +66,7 @@ def check(scene, accepted, words, element):
 
 def test_a_block_that_folds_is_stopped_there():
     scene = flattened(4)
-    accepted, words = marched(scene, Schedule(20, first=0.001 / 0.6), NEWTON)
+    accepted, words = marched(scene, Schedule(20, first=0.001 / 0.6, settling=1, growth=4.0), NEWTON)
     check(scene, accepted, words, 15)
     assert 0.55 < accepted[-1].state.tau < 0.57
     assert any("Jacobian determinant" in a.reason and a.cuts for a in accepted)
@@ -83,7 +83,9 @@ def test_a_block_that_folds_is_stopped_there():
 
 def test_where_nothing_shorter_was_tried_nothing_is_said_of_it():
     """The same block in increments that may not be cut: the last of them could go a little farther."""
-    accepted, words = marched(flattened(4), Schedule(20, first=0.001 / 0.6), replace(NEWTON, cuts=0))
+    accepted, words = marched(
+        flattened(4), Schedule(20, first=0.001 / 0.6, settling=1, growth=4.0), replace(NEWTON, cuts=0)
+    )
     assert "Jacobian determinant" in words
     assert accepted[-1].state.tau < 0.55
     assert words.endswith("Use more increments, or remesh there.")
@@ -93,7 +95,7 @@ def test_where_nothing_shorter_was_tried_nothing_is_said_of_it():
 @pytest.mark.parametrize(
     ("scene", "schedule", "element"),
     [
-        (flattened(8), Schedule(60, first=0.001 / 0.6), 63),
+        (flattened(8), Schedule(60, first=0.001 / 0.6, settling=1, growth=4.0), 63),
         (upsetting(mu=0.3, quadrature=Quadrature.GAUSS2), path(0.45, 45), 99),
     ],
     ids=["block", "cylinder"],

@@ -75,7 +75,9 @@ CASES = [(make, part, statics(part)) for make, parts, statics in HELD.values() f
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name.value)
 @pytest.mark.parametrize(("make", "part", "forces"), CASES)
-@pytest.mark.parametrize("schedule", [Schedule(1), Schedule(2, first=0.01)], ids=["at once", "from little"])
+@pytest.mark.parametrize(
+    "schedule", [Schedule(1), Schedule(2, first=0.01, settling=1, growth=4.0)], ids=["at once", "from little"]
+)
 def test_what_friction_can_hold_is_held(make, part, forces, form, schedule):
     """From no force a frozen threshold holds nothing: the program had no minimum, and the march ended at once."""
     last = list(march(make(part), schedule, Control(form)))[-1]
@@ -115,11 +117,13 @@ def test_after_a_start_by_the_shift_caps_hold_what_they_can(form):
     """The shift knows none: passes went on with it, and each answer had more friction than the caps allow."""
     held = pushed(0.05)
     capped = replace(held, tools=(replace(held.tools[0], shear=0.0012),))
-    *_, last = march(capped, Schedule(2, first=0.01), Control(form, ()))
+    *_, last = march(capped, Schedule(2, first=0.01, settling=1, growth=4.0), Control(form, ()))
     np.testing.assert_allclose(last.tool_forces, [[-1.0, 20.0]], rtol=0, atol=1e-6)
 
 
-@pytest.mark.parametrize("schedule", [Schedule(1), Schedule(2, first=0.001)], ids=["at once", "from little"])
+@pytest.mark.parametrize(
+    "schedule", [Schedule(1), Schedule(2, first=0.001, settling=1, growth=4.0)], ids=["at once", "from little"]
+)
 @pytest.mark.parametrize(
     ("make", "part"), [(pushed, 0.101), (pushed, 0.2), (pushed_brick, 0.102), (gripped, 0.61), (sloping, 0.305)]
 )

@@ -158,5 +158,7 @@ def test_a_tool_is_driven_into_no_node_that_a_slant_holds_against_it():
 def test_a_tool_off_an_axis_by_round_off_slides_no_body_that_friction_holds():
     """Nothing but its friction holds the block along the first axis."""
     tools = [flat(), flat(normal=(6e-17, -1.0))]
-    ends = [last(body((Support("base", 1),), (tool,)), Schedule(3, first=0.05)) for tool in tools]
+    ends = [
+        last(body((Support("base", 1),), (tool,)), Schedule(3, first=0.05, settling=1, growth=4.0)) for tool in tools
+    ]
     np.testing.assert_allclose(ends[1].tool_forces, ends[0].tool_forces, rtol=1e-9, atol=1e-9)

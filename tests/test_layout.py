@@ -122,7 +122,7 @@ def test_room_is_asked_for_what_there_will_be(monkeypatch):
 def test_a_quadratic_projected_element_is_not_folded_in_a_fanned_corner(element):
     """Where :class:`Layout.TENSOR` ends at a fold (tests/test_accuracy_mesh.py)."""
     scene = upsetting(mu=0.3, elements=3, element=element, volume=VolumeChange.P1, layout=FANNED)
-    steps = list(march(scene, Schedule(9, first=0.001 / 0.45), Control(Newton(), ())))
+    steps = list(march(scene, Schedule(9, first=0.001 / 0.45, settling=1, growth=4.0), Control(Newton(), ())))
     assert steps[-1].state.tau == 1.0
     side = np.setdiff1d(scene.mesh.boundary_nodes("side"), scene.mesh.boundary_nodes("top"))
     heights = steps[-1].state.nodes[side, 1]

@@ -79,7 +79,7 @@ def test_unknowns_that_are_all_in_one_place_are_one_part():
 
 
 def test_a_march_in_another_order_has_the_same_answer(monkeypatch: pytest.MonkeyPatch):
-    scene, schedule = upsetting(mu=0.3, reduction=0.02, elements=6), Schedule(3, first=0.05)
+    scene, schedule = upsetting(mu=0.3, reduction=0.02, elements=6), Schedule(3, first=0.05, settling=1, growth=4.0)
     forces = []
     for large in (ordering.LARGE[2], 0):
         monkeypatch.setitem(ordering.LARGE, 2, large)
@@ -173,7 +173,7 @@ def test_a_march_by_pardiso_has_the_same_answer():
     forces = []
     for linear in (SuperLU(), Pardiso()):
         control = Control(Newton(linear=linear), ())
-        forces.append([a.solved.r for a in march(cube(), Schedule(2, first=0.05), control)][-1])
+        forces.append([a.solved.r for a in march(cube(), Schedule(2, first=0.05, settling=1, growth=4.0), control)][-1])
     assert not np.array_equal(*forces)
     np.testing.assert_allclose(*forces, atol=1e-9 * np.abs(forces[0]).max())
 

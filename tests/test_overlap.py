@@ -107,7 +107,9 @@ def test_only_candidate_boundaries_count_but_held_and_open_nodes_on_them_do():
 def test_an_edge_that_passes_through_the_punch_between_its_nodes_is_seen():
     """Its nodes obey the gap to round-off, its parabola does not."""
     scene = upsetting(mu=0.3, elements=3)
-    run = march(scene, Schedule(12, first=0.001 / 0.45), Control(Newton(), (Tangent(), Dissipation())))
+    run = march(
+        scene, Schedule(12, first=0.001 / 0.45, settling=1, growth=4.0), Control(Newton(), (Tangent(), Dissipation()))
+    )
     found = [(overlap(scene, a.state.nodes, scene.travel(0.0, a.state.tau)), a) for a in run]
     deepest, at = max(found, key=lambda pair: pair[0])
     edges = scene.mesh.edges("top", "side")

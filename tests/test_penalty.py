@@ -213,7 +213,7 @@ def test_a_tool_that_falls_onto_the_body_is_caught_at_any_penalty(form, factor):
     ball, force = sphere((0.45, 0.55, 1.65), 0.6), Force((0.0, 0.0, -30.0))
     fallen = rubbed(ball, material=STEEL, travel=(0.0, 0.0, 0.0), driven_by=force)
     K = contact_penalty(system_of(fallen).candidates, factor)
-    accepted = next(march(fallen, Schedule(4, first=0.01), Control(form(K, K), (), cuts=0)))
+    accepted = next(march(fallen, Schedule(4, first=0.01, settling=1, growth=4.0), Control(form(K, K), (), cuts=0)))
     np.testing.assert_allclose(accepted.tool_force(0), (0.0, 0.0, -0.3), atol=1e-4)
     gap = accepted.scene.tools[0].distance(accepted.state.nodes, accepted.poses[0]).min()
     assert gap == pytest.approx(0.0 if form is Uzawa else -0.3 / K, rel=1e-2, abs=1e-10), "held by one node"

@@ -142,8 +142,11 @@ def test_changes_of_volume_add_up_to_order_two_in_the_increment(element, volume)
 def test_every_form_finds_the_same_certified_increment(element, volume, form):
     scene = upsetting(mu=0.2, reduction=0.01, elements=2, element=element, volume=volume)
     control = Control(form, (Dissipation(),))
-    forces = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1), control)]
-    exact = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1), Control(Newton(), (Tangent(),)))]
+    forces = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1, settling=1, growth=4.0), control)]
+    exact = [
+        -a.tool_forces[0, 1]
+        for a in march(scene, Schedule(3, 0.1, settling=1, growth=4.0), Control(Newton(), (Tangent(),)))
+    ]
     np.testing.assert_allclose(forces, exact, rtol=1e-7)
 
 
@@ -168,7 +171,7 @@ def test_pressures_stay_where_elements_hold_them_and_locking_goes():
     ends = {}
     for volume in VOLUMES[Element.Q8]:
         scene = upsetting(mu=0.1, reduction=0.2, elements=4, volume=volume)
-        *_, end = march(scene, Schedule(10, 0.005), Control(Newton(), (Tangent(),)))
+        *_, end = march(scene, Schedule(10, 0.005, settling=1, growth=4.0), Control(Newton(), (Tangent(),)))
         ends[volume] = -float(end.tool_forces[0, 1])
         projection = Projection.of(volume, scene.mesh.nodes, scene.mesh.elements, body_space(scene).reference)
         if projection is not None:
@@ -180,7 +183,7 @@ def test_pressures_stay_where_elements_hold_them_and_locking_goes():
 
 def test_a_start_whose_pressure_is_not_held_is_refused():
     bare = upsetting(mu=0.1, reduction=0.02, elements=2)
-    *_, end = march(bare, Schedule(2, 0.1))
+    *_, end = march(bare, Schedule(2, 0.1, settling=1, growth=4.0))
     scene = replace(bare, volume=VolumeChange.P0)
     with pytest.raises(SceneError, match=r"start\.stress = '\S+ off': must be of a pressure of P0 in each element: is"):
         next(march(scene, Schedule(2), start=end.state))

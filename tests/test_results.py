@@ -28,7 +28,7 @@ YOUNG, POISSON = 1000.0, 0.25
 @pytest.fixture(scope="module")
 def upset():
     """An upsetting with friction: every component of stress and plastic strain is there."""
-    return list(march(upsetting(mu=0.3, elements=2, reduction=0.1), Schedule(4, first=0.01)))
+    return list(march(upsetting(mu=0.3, elements=2, reduction=0.1), Schedule(4, first=0.01, settling=1, growth=4.0)))
 
 
 @pytest.fixture(scope="module")

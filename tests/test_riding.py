@@ -204,7 +204,7 @@ def test_a_brick_rides_as_well():
 def test_a_roll_pulls_in_what_reaches_it_slower_than_it_turns():
     """A strip comes to a roll that turns in its place: it is slower there, and slips by no more than it is slower."""
     strip, landed = rolled(1), 0
-    for a in march(strip, Schedule(40, first=0.002, landings=(PRESSED,))):
+    for a in march(strip, Schedule(40, first=0.002, landings=(PRESSED,), settling=1, growth=4.0)):
         contacts, r = a.solved.iterate.increment.system.candidates, a.solved.r
         slower = RADIUS * (strip.tools[0].pose(a.state.tau)[2] - strip.tools[0].pose(a.start.tau)[2])
         slower = slower - a.state.du[contacts.node, 0]
@@ -234,7 +234,9 @@ def test_a_rolled_strip_takes_in_few_increments_what_it_does_in_many():
 
     def steady(increments):
         begun, spent, force = STEADY[0] + 1e-9, [0.0], 0.0
-        for a in march(rolled(2), Schedule(increments, first=0.002, landings=(PRESSED, *STEADY))):
+        for a in march(
+            rolled(2), Schedule(increments, first=0.002, landings=(PRESSED, *STEADY), settling=1, growth=4.0)
+        ):
             if a.state.tau > STEADY[1] + 1e-9:
                 break
             if a.state.tau > begun:

@@ -35,7 +35,7 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     accepted = []
     with Recorder(folder, scene, (), PARAMETERS, UNITS) as out:
-        for increment in march(scene, Schedule(3, first=0.005), Control(Tangent())):
+        for increment in march(scene, Schedule(3, first=0.005, settling=1, growth=4.0), Control(Tangent())):
             accepted.append(increment)
             out.record(increment)
     path = folder / "run.vtkhdf"

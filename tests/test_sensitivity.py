@@ -166,7 +166,7 @@ def agree(scene_of, at, schedule, control):
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_slopes_are_those_of_two_marches_that_decide_the_same(scene_of, at, increments, first):
-    agree(scene_of, at, Schedule(increments, first), EXACT)
+    agree(scene_of, at, Schedule(increments, first, settling=1, growth=4.0), EXACT)
 
 
 def test_of_a_body_that_stays_a_cylinder_they_are_those_of_its_closed_form():
@@ -194,7 +194,7 @@ def test_of_a_body_that_stays_a_cylinder_they_are_those_of_its_closed_form():
 @pytest.mark.parametrize(("scene_of", "at"), [(upset, {"mu": 0.1, "sigma_y": 300.0}), (indented, {"radius": 8.0})])
 def test_with_flow_carried_on_they_are_about_as_near_the_truth_as_differences(scene_of, at):
     """What part of the flow is carried on changes with the parameters: differences contain that, slopes do not."""
-    schedule, control = Schedule(6, 0.02), Control(Newton())
+    schedule, control = Schedule(6, 0.02, settling=1, growth=4.0), Control(Newton())
     times = schedule.times()
     fine = Schedule(96, 0.001, landings=tuple(time for time in times if 0.003 < time < 1))
     true = [found for step, found in sensitivities(scene_of, at, fine, EULER) if step.state.tau in times]
@@ -210,7 +210,7 @@ def test_with_flow_carried_on_they_are_about_as_near_the_truth_as_differences(sc
 
 @pytest.mark.parametrize("scene_of", [upset, in_space, weighted])
 def test_where_friction_is_next_to_nothing_they_are_those_of_its_beginning(scene_of):
-    schedule = Schedule(4, 0.02)
+    schedule = Schedule(4, 0.02, settling=1, growth=4.0)
     *_, (_, found) = sensitivities(scene_of, {"mu": 1e-9}, schedule, EULER, sizes={"mu": 0.1})
     *_, (_, unresolved) = sensitivities(scene_of, {"mu": 1e-9}, schedule, EULER)
     without, with_little = (
@@ -223,7 +223,7 @@ def test_where_friction_is_next_to_nothing_they_are_those_of_its_beginning(scene
 
 
 def test_a_march_is_as_it_is_without_and_arrays_are_read_only():
-    schedule, control = Schedule(4, 0.02), Control(Newton())
+    schedule, control = Schedule(4, 0.02, settling=1, growth=4.0), Control(Newton())
     beside = list(sensitivities(upset, {"mu": 0.1}, schedule, control))
     for (step, found), alone in zip(beside, march(upset(mu=0.1), schedule, control), strict=True):
         assert (step.tool_forces == alone.tool_forces).all()

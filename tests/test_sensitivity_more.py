@@ -48,7 +48,7 @@ def upset(mu=0.1, strength=600.0, travel=-1.0):
 
 
 def test_with_loose_bounds_they_are_those_of_exact_answers():
-    at, schedule = {"mu": 0.1, "strength": 600.0}, Schedule(4, 0.02)
+    at, schedule = {"mu": 0.1, "strength": 600.0}, Schedule(4, 0.02, settling=1, growth=4.0)
     bounds = Bounds(equilibrium=1e-3, law=1e-3, penetration=1e-4, cone_violation=1e-3, relative_gap=1e-3)
     loose = replace(EULER, limits=Limits(bounds))
     (*_, (_, found)), (*_, (_, exact)) = (sensitivities(upset, at, schedule, control) for control in (loose, EULER))
@@ -86,7 +86,7 @@ def turned_back(when, back=0.9):
 def test_a_time_at_which_a_path_turns_is_no_parameter():
     """Increments end where the path of the given scene turns: in between, a later turn would not be reached."""
     with pytest.raises(SceneError, match=r"scene_of, when changed.kinks = .*: must be \(0.5,\)"):
-        sensitivities(turned_back, {"when": 0.5}, Schedule(4, 0.02), EULER)
+        sensitivities(turned_back, {"when": 0.5}, Schedule(4, 0.02, settling=1, growth=4.0), EULER)
 
 
 def test_how_far_a_path_goes_back_is_a_parameter_also_from_where_it_goes_straight_on():
@@ -134,7 +134,7 @@ def dented(width, mu=0.2):
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_where_rows_or_their_frames_would_jump_slopes_are_those_of_two_marches(scene_of, name, value, size):
-    schedule, h = Schedule(2, 0.1), 1e-4 * size
+    schedule, h = Schedule(2, 0.1, settling=1, growth=4.0), 1e-4 * size
     exact = replace(EULER, limits=Limits(Bounds(equilibrium=1e-13, law=1e-12)))
     *_, (_, found) = sensitivities(scene_of, {name: value}, schedule, exact, {name: size})
     more, less = ([*march(scene_of(**{name: value + s}), schedule, exact)][-1] for s in (h, -h))
@@ -164,7 +164,7 @@ def test_an_answer_to_which_steps_have_not_come_is_not_resolved(monkeypatch):
         scene = upset(mu=0.4, travel=travel)
         return replace(scene, tools=(replace(scene.tools[0], shear=0.3),))
 
-    asked = scene_of, {"travel": -1.0}, Schedule(4, 0.02), EULER
+    asked = scene_of, {"travel": -1.0}, Schedule(4, 0.02, settling=1, growth=4.0), EULER
     assert all(found["travel"].resolved for _, found in sensitivities(*asked))
     monkeypatch.setattr("bipot.beside.ENOUGH", 1.0)
     monkeypatch.setattr("bipot.sensitivity.LEFT", 1e-5)
@@ -173,7 +173,7 @@ def test_an_answer_to_which_steps_have_not_come_is_not_resolved(monkeypatch):
 
 def test_two_steps_suffice_beneath_a_tool_that_a_moment_turns(monkeypatch):
     """Newton's matrix has how slips turn with the tool: without that a second step would not do."""
-    at, schedule = {"moment": 2000.0}, Schedule(3, 0.1)
+    at, schedule = {"moment": 2000.0}, Schedule(3, 0.1, settling=1, growth=4.0)
     (*_, (_, found)) = sensitivities(driven_round, at, schedule, EULER)
     monkeypatch.setattr("bipot.beside.STEPS", 2)
     (*_, (_, after_two)) = sensitivities(driven_round, at, schedule, EULER)

@@ -57,7 +57,7 @@ def upset(mu=0.2, n=2, element=Element.H8):
 
 @cache
 def solved(form):
-    return list(march(upset(), Schedule(4, first=0.05), Control(form, ())))[-1]
+    return list(march(upset(), Schedule(4, first=0.05, settling=1, growth=4.0), Control(form, ())))[-1]
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def dragged(Q):
 def test_turned_in_space_with_all_tools_a_scene_has_the_same_forces_turned():
     """Frames are others, and aligned with nothing."""
     Q = turned((1.0, 2.0, -0.5), 0.8)
-    schedule, control = Schedule(3, first=0.1), Control(Newton(), ())
+    schedule, control = Schedule(3, first=0.1, settling=1, growth=4.0), Control(Newton(), ())
     ends = [list(march(dragged(turn), schedule, control))[-1] for turn in (np.eye(3), Q)]
     scale = np.abs(ends[0].tool_forces).max()
     np.testing.assert_allclose(ends[1].tool_forces, ends[0].tool_forces @ Q.T, atol=1e-7 * scale)
@@ -124,7 +124,7 @@ def test_turned_in_space_with_all_tools_a_scene_has_the_same_forces_turned():
 @pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=lambda form: type(form).__name__)
 def test_frames_turned_about_the_normal_change_nothing(form, monkeypatch):
     """By another angle at every call's every candidate of a punch that drags the block askew."""
-    schedule, control, ends = Schedule(3, first=0.1), Control(form, ()), []
+    schedule, control, ends = Schedule(3, first=0.1, settling=1, growth=4.0), Control(form, ()), []
     for spread in (0.0, 1.7):
         for module in (meeting, slips):
             monkeypatch.setattr(module, "frames", lambda normal, spread=spread: spun(normal, spread))

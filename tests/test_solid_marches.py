@@ -209,7 +209,9 @@ def test_a_quarter_of_a_cylinder_has_the_axisymmetric_force():
     """By six segments of the circle's area; on the circle they would lose more than that."""
     found = []
     for scene in (quarter_cylinder.meridian(8), quarter_cylinder.quarter(6)):
-        steps = islice(march(scene, Schedule(15, first=0.001 / 0.45), Control(Newton(), ())), 14)
+        steps = islice(
+            march(scene, Schedule(15, first=0.001 / 0.45, settling=1, growth=4.0), Control(Newton(), ())), 14
+        )
         found.append(np.array([(step.state.tau, -step.tool_force(0)[-1]) for step in steps]))
     (tau, flat), (other, solid) = (rows.T for rows in found)
     np.testing.assert_array_equal(other, tau)

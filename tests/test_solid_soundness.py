@@ -59,7 +59,7 @@ def test_friction_that_slides_holds_a_body_across_its_slip(form):
     """
     base = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), 0.05)
     scene = Scene(skewed(), Geometry.SOLID, STEEL, (), (punch(0.05, (0.0, 0.0, -0.2)), base))
-    end = list(march(scene, Schedule(3, first=0.05), Control(form, ())))[-1]
+    end = list(march(scene, Schedule(3, first=0.05, settling=1, growth=4.0), Control(form, ())))[-1]
     assert not end.solved.undetermined
     contacts = end.solved.iterate.increment.system.candidates
     friction, slip = end.solved.r[:, 1:], end.solved.iterate.motion[:, 1:]

@@ -41,9 +41,9 @@ def test_an_elastic_answer_does_not_depend_on_the_yield_stress(form, yield_stres
 def test_tiny_travel_gives_the_elastic_stiffness_and_is_certified_sharply(form, reduction):
     """Force over travel tends to a constant; no measure hides behind round-off."""
     scene = upsetting(mu=0.3, reduction=reduction, elements=3)
-    accepted = last(scene, Schedule(5, first=0.05), form)
+    accepted = last(scene, Schedule(5, first=0.05, settling=1, growth=4.0), form)
     stiff = upsetting(mu=0.3, reduction=1e-6, elements=3)
-    expected = force(last(stiff, Schedule(5, first=0.05), Newton())) * reduction / 1e-6
+    expected = force(last(stiff, Schedule(5, first=0.05, settling=1, growth=4.0), Newton())) * reduction / 1e-6
     assert force(accepted) == pytest.approx(expected, rel=2e-6)
     assert accepted.solved.certificate.below_resolution(Bounds()) == ()
 
@@ -65,7 +65,9 @@ def clamped(length, stress):
 def test_contact_forces_agree_between_units_in_a_nearly_incompressible_body(form):
     def forces(length, stress):
         # The discrete solvers do not all get there: then the fallback does.
-        runs = march(clamped(length, stress), Schedule(2, first=0.02), Control(form, (Dissipation(),)))
+        runs = march(
+            clamped(length, stress), Schedule(2, first=0.02, settling=1, growth=4.0), Control(form, (Dissipation(),))
+        )
         return np.array([a.solved.r for a in runs]) / (stress * length)
 
     own, other = forces(1.0, 1.0), forces(1e-3, 1e6)
@@ -93,7 +95,7 @@ def test_a_body_held_by_its_platens_alone_takes_the_least_motion_and_says_so(for
     moved = []
     for seed in range(2):
         mesh, new = renumbered(block(3.0, 2.0, 3, 2, element=Element.Q8), seed)
-        accepted = tuple(march(loose(mesh, 0.0), Schedule(4, first=0.02), Control(form)))
+        accepted = tuple(march(loose(mesh, 0.0), Schedule(4, first=0.02, settling=1, growth=4.0), Control(form)))
         assert all(a.solved.undetermined == ("position in 1 rigid motion",) for a in accepted)
         moved.append((accepted[-1].state.nodes - mesh.nodes)[new])
     np.testing.assert_allclose(moved[0], moved[1], atol=1e-8)
@@ -101,7 +103,9 @@ def test_a_body_held_by_its_platens_alone_takes_the_least_motion_and_says_so(for
 
 
 def test_friction_that_sticks_determines_the_position():
-    accepted = tuple(march(loose(block(3.0, 2.0, 3, 2, element=Element.Q8), 0.5), Schedule(3, first=0.02)))
+    accepted = tuple(
+        march(loose(block(3.0, 2.0, 3, 2, element=Element.Q8), 0.5), Schedule(3, first=0.02, settling=1, growth=4.0))
+    )
     assert all(a.solved.undetermined == () for a in accepted)
 
 
@@ -109,11 +113,13 @@ def test_tools_that_share_their_nodes_share_their_forces_and_it_is_said():
     """Two tools in one place: only the sum of their forces is determined."""
     scene = upsetting(mu=0.3, reduction=0.01, elements=2)
     punch = replace(scene.tools[0], candidates=("top",))
-    accepted = last(replace(scene, tools=(punch, punch)), Schedule(5, first=0.05), Dissipation())
+    accepted = last(
+        replace(scene, tools=(punch, punch)), Schedule(5, first=0.05, settling=1, growth=4.0), Dissipation()
+    )
     candidates, r = system_of(replace(scene, tools=(punch, punch))).candidates, accepted.solved.r
     pushed = np.unique(candidates.node[r[:, 0] > 1e-6 * r.max()])
     assert {f"forces at node {node}" for node in pushed} <= set(accepted.solved.undetermined)
-    assert last(scene, Schedule(5, first=0.05), Dissipation()).solved.undetermined == ()
+    assert last(scene, Schedule(5, first=0.05, settling=1, growth=4.0), Dissipation()).solved.undetermined == ()
 
 
 @pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=lambda form: form.name.value)

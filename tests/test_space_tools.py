@@ -128,7 +128,7 @@ def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
 @pytest.mark.slow
 def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvatures(monkeypatch):
     scene = rubbed(sphere((0.45, 0.55, 2.0), 1.0), 4, mu=0.3)
-    last = marched(scene, increments=12, bounds=TIGHT)[-1]
+    last = marched(scene, increments=20, bounds=TIGHT)[-1]
     increment, end, r = last.solved.iterate.increment, last.solved.iterate.x, last.solved.r
     assert (r[:, 0] > 0).sum() >= 4
     slides = np.linalg.norm(last.solved.iterate.motion[:, 1:], axis=1) > 1e-5
@@ -167,7 +167,7 @@ def test_every_form_finds_the_same_forces_under_a_sphere(form, material):
     one, other = pushed(material), marched(dented(material=material), form, increments=5, bounds=TIGHT)
     same = [a.state.tau == b.state.tau for a, b in zip(one, other, strict=False)]
     kept = same.index(False) if False in same else len(same)
-    assert kept >= (9 if material is STEEL and isinstance(form, Delassus | Uzawa) else 15)
+    assert kept >= (5 if material is STEEL and isinstance(form, Delassus | Uzawa) else 8)
     assert apart(forces(other)[:kept], forces(one)[:kept]) < 1e-6
     assert (one[kept - 1].peeq.max() > 1e-3) == (material is STEEL)
 

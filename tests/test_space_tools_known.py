@@ -159,7 +159,7 @@ def test_a_force_presses_a_sphere_as_far_as_a_path_does():
 def test_forms_agree_under_surfaces_of_all_sorts(surface):
     scene = rubbed(surface, elements=2 if isinstance(surface.meridian, Plane) else 3, material=STEEL)
     control = [Control(form, integration=Integration.BACKWARD_EULER) for form in (Newton(), Tangent())]
-    one, other = (list(march(scene, Schedule(6, first=0.01), c)) for c in control)
+    one, other = (list(march(scene, Schedule(6, first=0.01, settling=1, growth=4.0), c)) for c in control)
     assert apart(forces(other)[-1], forces(one)[-1]) < 1e-5
     for accepted in one:
         assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1

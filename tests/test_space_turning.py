@@ -197,7 +197,7 @@ def test_a_run_under_turning_tools_and_spheres_is_read_back_and_goes_on_to_the_l
     turn = Turn(0.2, (0.5, 0.5, 1.2), axis=AXIS)
     scene = rubbed(torus, travel=(0.0, 0.0, -0.05), path=((0.0, 0.0), (1.0, 1.0)), turn=turn)
     with Recorder(tmp_path, scene, (), {}, {}) as out:
-        whole = list(march(scene, Schedule(3, first=0.05), Control(Newton())))
+        whole = list(march(scene, Schedule(3, first=0.05, settling=1, growth=4.0), Control(Newton())))
         for increment in whole:
             out.record(increment)
     history = open_results(tmp_path)
@@ -213,7 +213,9 @@ def test_a_run_under_turning_tools_and_spheres_is_read_back_and_goes_on_to_the_l
     grid = reader.GetOutput()
     assert grid.GetNumberOfCells() == len(lines)
     assert vtk_to_numpy(grid.GetPoints().GetData()).shape == points.shape
-    after = next(march(scene, Schedule(3, first=0.05), Control(Newton()), history.course(len(whole) - 2)))
+    after = next(
+        march(scene, Schedule(3, first=0.05, settling=1, growth=4.0), Control(Newton()), history.course(len(whole) - 2))
+    )
     np.testing.assert_array_equal(after.state.nodes, whole[-1].state.nodes)
     np.testing.assert_array_equal(after.state.forces, whole[-1].state.forces)
 

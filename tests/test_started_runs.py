@@ -40,7 +40,7 @@ def test_averages_of_step_zero_have_the_weights_of_the_step_it_goes_on_from(tmp_
         configuration=configuration,
     )
     with Recorder(tmp_path / "whole", scene, (INCREMENT,), {}, {}) as recorder:
-        for accepted in march(scene, Schedule(4, first=0.05)):
+        for accepted in march(scene, Schedule(4, first=0.05, settling=1, growth=4.0)):
             recorder.record(accepted)
     whole = open_results(tmp_path / "whole")
     with Recorder(tmp_path / "rest", scene, (INCREMENT,), {}, {}, start=whole.end):

@@ -30,7 +30,10 @@ NAN = float("nan")
 
 def started(**options):
     """A state half-way through a small upsetting."""
-    path = march(upsetting(**({"mu": 0.1, "elements": 2, "reduction": 0.02} | options)), Schedule(2, first=0.05))
+    path = march(
+        upsetting(**({"mu": 0.1, "elements": 2, "reduction": 0.02} | options)),
+        Schedule(2, first=0.05, settling=1, growth=4.0),
+    )
     return next(path).state
 
 
@@ -67,7 +70,7 @@ def test_a_start_state_of_the_same_mesh_under_another_path_is_refused():
 def test_a_start_state_with_impossible_values_is_refused(changes, words):
     state = started()
     own = upsetting(mu=0.1, elements=2, reduction=0.02)
-    assert next(march(own, Schedule(2, first=0.05), start=state)).number == 1
+    assert next(march(own, Schedule(2, first=0.05, settling=1, growth=4.0), start=state)).number == 1
     refused(lambda: march(own, Schedule(2), start=replace(state, **changes(state))), words)
 
 

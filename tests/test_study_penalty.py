@@ -202,7 +202,7 @@ def test_no_results_are_named_with_their_command(tmp_path):
 @pytest.fixture(scope="module")
 def short():
     scene = upsetting(mu=0.6, reduction=0.1, elements=2)
-    schedule = Schedule(2, 0.01)
+    schedule = Schedule(2, 0.01, settling=1, growth=4.0)
     return scene, schedule, record(scene, schedule, Control(Tangent()), (1.0,))
 
 

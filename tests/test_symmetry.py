@@ -61,7 +61,7 @@ def test_a_quarter_of_the_cylinder_is_half_of_it_between_two_punches():
         tools=(punch, other),
     )
     assert (quarter.images, whole.images) == (2, 1)
-    schedule = Schedule(4, first=0.02)
+    schedule = Schedule(4, first=0.02, settling=1, growth=4.0)
     (forces, energies), (both, summed) = ends(quarter, schedule), ends(whole, schedule)
     agree(forces[0], both[0])
     agree(-forces[0], both[1])
@@ -87,7 +87,7 @@ def part(across, along):
 
 @pytest.mark.parametrize(("across", "along"), [(True, True), (True, False), (False, True)])
 def test_each_plane_of_a_block_between_platens_leaves_the_forces_and_energies_of_the_whole(across, along):
-    scene, schedule = part(across, along), Schedule(4, first=0.02)
+    scene, schedule = part(across, along), Schedule(4, first=0.02, settling=1, growth=4.0)
     assert scene.images == 2 ** (across + along)
     (forces, energies), (expected, summed) = ends(scene, schedule), ends(part(False, False), schedule)
     agree(forces, expected[: len(forces)])
@@ -141,7 +141,7 @@ def drawn(seed):
 @pytest.mark.parametrize("seed", range(8))
 def test_the_mirror_image_meshed_has_the_same_forces_and_energies(seed):
     """The images are made by the fuzz study, which asks nothing of the library's planes."""
-    scene, schedule = drawn(seed), Schedule(4, first=0.02)
+    scene, schedule = drawn(seed), Schedule(4, first=0.02, settling=1, growth=4.0)
     forces, energies = ends(scene, schedule)
     for plane in (support for support in scene.supports if isinstance(support, Symmetry)):
         seen = about(scene, plane).scene

@@ -36,7 +36,9 @@ def seen():
     """A pass in the middle of an increment in which the body flows."""
     trials = []
     scene = upsetting(mu=0.3, elements=2, reduction=0.1)
-    for _ in march(scene, Schedule(4, first=0.01), Control(Dissipation(), ()), observe=trials.append):
+    for _ in march(
+        scene, Schedule(4, first=0.01, settling=1, growth=4.0), Control(Dissipation(), ()), observe=trials.append
+    ):
         pass
     return next(trial for trial in reversed(trials) if trial.state.distance is None)
 

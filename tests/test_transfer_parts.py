@@ -51,7 +51,7 @@ def meshes(n=4):
 def lifted():
     """What a billet is when the punch has been lifted: its scene and state."""
     first = scene(meshes(), 0.6, BACK)
-    *_, last = march(first, Schedule(10, first=0.02), NEWTON)
+    *_, last = march(first, Schedule(10, first=0.02, settling=1, growth=4.0), NEWTON)
     return first, last.state
 
 

@@ -136,7 +136,9 @@ def test_energies_balance_in_the_limit(centre):
     errors = []
     for increments in (20, 160):
         scene = spun(centre=centre, angle=0.1)
-        found = [a.course for a in march(scene, Schedule(increments, first=0.01), Control(Newton()))]
+        found = [
+            a.course for a in march(scene, Schedule(increments, first=0.01, settling=1, growth=4.0), Control(Newton()))
+        ]
         begun = max((c for c in found if c.state.tau <= 0.1 + 1e-9), key=lambda c: c.state.tau)
         last = found[-1].energies
         assert last.friction > 0
