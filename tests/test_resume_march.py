@@ -58,7 +58,7 @@ def test_a_march_goes_on_from_every_course_to_the_last_bit(make, name):
     goes_on(make(FORMS[name]))
 
 
-@pytest.mark.parametrize("name", ["newton", pytest.param("tangent", marks=pytest.mark.slow), "dissipation"])
+@pytest.mark.parametrize("name", ["newton", "tangent", "dissipation"])
 def test_so_it_does_where_parts_face_others_than_at_rest(name):
     goes_on(sliding(FORMS[name]))
 

@@ -13,6 +13,7 @@ from studies.tables import read_rows
 KEPT = Path(__file__).parents[1] / "docs" / "results"
 
 
+@pytest.mark.slow
 def test_the_fast_study_says_what_the_history_of_the_block_says(tmp_path):
     assert block_pressure.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_rows(tmp_path / "block_pressure.csv", Row)

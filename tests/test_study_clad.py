@@ -49,6 +49,7 @@ def test_the_deck_has_both_metals_each_in_its_elements():
 
 
 @INSTALLED
+@pytest.mark.slow
 def test_the_fast_study_has_the_foreign_force(tmp_path):
     assert clad.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_rows(tmp_path / "clad.csv", Row)
