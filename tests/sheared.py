@@ -23,7 +23,7 @@ INF = float("inf")
 SIGMA_Y = 300.0
 SHEAR = SIGMA_Y / np.sqrt(3)
 CONSTANT, OROWAN = (INF, 0.3), (0.3, 0.4)
-SHORT = Schedule(10, first=0.005, settling=1, growth=4.0)
+SHORT = Schedule(10, first=0.005)
 
 
 def slab(

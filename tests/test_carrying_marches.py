@@ -100,11 +100,7 @@ def test_where_a_whole_face_has_landed_forces_are_those_of_the_new_direction(inc
     steel = VonMises(Elasticity(210e3, 0.3), Perfect(100.0))
     scene = Scene(brick(1.0, 1.0, 1.0, 1, 1, 1), Geometry.SOLID, steel, supports, tools)
     control = Control(Newton(), locate=locate)
-    met = [
-        a
-        for a in march(scene, Schedule(increments, first=1 / 400, settling=1, growth=4.0), control)
-        if a.tool_forces[1, 0] < 0
-    ]
+    met = [a for a in march(scene, Schedule(increments, first=1 / 400), control) if a.tool_forces[1, 0] < 0]
     _, second, *others = met
     # Where the landing is not located, the first increment has turned the flow in part already.
     for a, within in ((second, 0.06 if locate else 0.025), *((other, 0.02) for other in others)):
@@ -171,7 +167,7 @@ def test_a_march_resumed_where_the_punch_turns_back_carries_nothing_on():
     ("scene", "schedule"),
     [
         (with_punch(upsetting(mu=0.3, reduction=0.006, elements=4), point=(0.0, 4.9)), Schedule(6)),
-        (upsetting(mu=0.3, elements=5), Schedule(10, first=0.001 / 0.45, settling=1, growth=4.0)),
+        (upsetting(mu=0.3, elements=5), Schedule(10, first=0.001 / 0.45)),
     ],
     ids=["inside", "folding"],
 )

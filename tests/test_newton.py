@@ -103,7 +103,7 @@ def test_landings_take_few_passes_where_contacts_are_far_from_their_law() -> Non
     The law's part of the merit tells how far in its tool the prediction has left the node, not how far to go; by whole
     steps alone increments are cut.
     """
-    scene, schedule = upsetting(mu=0.3, elements=10), Schedule(12, first=0.001 / 0.45, settling=1, growth=4.0)
+    scene, schedule = upsetting(mu=0.3, elements=10), Schedule(12, first=0.001 / 0.45)
     before = next(a for a in march(scene, schedule, ALONE) if a.number == 21)
 
     def after(search: Search) -> list[Accepted]:

@@ -134,7 +134,7 @@ def dented(width, mu=0.2):
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_where_rows_or_their_frames_would_jump_slopes_are_those_of_two_marches(scene_of, name, value, size):
-    schedule, h = Schedule(2, 0.1, settling=1, growth=4.0), 1e-4 * size
+    schedule, h = Schedule(2, 0.1), 1e-4 * size
     exact = replace(EULER, limits=Limits(Bounds(equilibrium=1e-13, law=1e-12)))
     *_, (_, found) = sensitivities(scene_of, {name: value}, schedule, exact, {name: size})
     more, less = ([*march(scene_of(**{name: value + s}), schedule, exact)][-1] for s in (h, -h))
