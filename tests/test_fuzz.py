@@ -290,3 +290,10 @@ def test_abbreviated_and_bad_options_are_refused(bad, capsys):
 def test_what_tools_take_of_loads_at_once_sets_the_scale_of_their_balance():
     """A pressure pulls the face of a block onto a tool with 150 times the forces within the block."""
     assert fuzz_judge.judge_scene(950322, others=False).outcome is Outcome.CERTIFIED
+
+
+def test_a_run_is_left_in_an_increment_that_takes_too_long(monkeypatch):
+    monkeypatch.setattr(fuzz_judge, "LONGEST", 0.0)
+    row = fuzz_judge.judge_scene(GOOD_SEED, others=False)
+    assert (row.outcome, row.increments) == (Outcome.REFUSED, 0)
+    assert row.reason == "left in an increment after 0 s of processor time"

@@ -20,6 +20,7 @@ from bipot.marching import Control, march, system_of
 from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz.claims import Claim, claim_of, refuted
+from studies.fuzz.late import Late, until
 from studies.fuzz.placed import drives
 from studies.fuzz.record import forces_by_node, idle, is_round_off, reported_unique, setting_of, step_of
 from studies.fuzz.regional import draw_regional
@@ -67,6 +68,9 @@ TURNED = 1 / 3
 SECONDS = 4.0
 """Of processor time; after these a run is left where it is, and what it accepted is judged."""
 
+LONGEST = 40.0
+"""The same within an increment (:mod:`studies.fuzz.late`)."""
+
 
 @dataclass(frozen=True)
 class Ran:
@@ -103,11 +107,13 @@ def run(drawn: Drawn, scene: Scene) -> Ran:
     """March ``scene`` as drawn; BipotErrors end it in words, anything else is raised."""
     steps, began, reason, claim = list[Accepted](), time.process_time(), "", None
     try:
-        for accepted in march(scene, drawn.schedule, control_of(drawn, scene)):
+        for accepted in march(scene, drawn.schedule, control_of(drawn, scene), observe=until(LONGEST)):
             steps.append(accepted)
             if time.process_time() - began > SECONDS:
                 reason = f"left after {SECONDS:g} s of processor time"
                 break
+    except Late:
+        reason = f"left in an increment after {LONGEST:g} s of processor time"
     except BipotError as error:
         reason, claim = f"{type(error).__name__}: {error}", claim_of(error)
     return Ran(scene, steps, reason, claim)
