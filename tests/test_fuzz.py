@@ -141,7 +141,7 @@ def test_a_scene_refused_when_it_is_made_is_refused(monkeypatch):
 
 
 def test_a_warning_of_numpy_is_an_outcome(monkeypatch):
-    monkeypatch.setattr(fuzz_judge, "march", lambda *_: warnings.warn("quiet", RuntimeWarning))
+    monkeypatch.setattr(fuzz_judge, "march", lambda *_, observe: warnings.warn("quiet", RuntimeWarning))
     assert fuzz_judge.judge_scene(GOOD_SEED).outcome is Outcome.WARNING
 
 
