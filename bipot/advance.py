@@ -26,8 +26,7 @@ from bipot.tools.poses import pose_size
 from bipot.typing import Bools, Floats, max_abs
 
 ROUND_OFF = 1e-12
-"""A unit vector whose part within the planes is no longer than this is normal to them; a mean no longer than this, over
-the longest way, is zero."""
+"""A mean no longer than this, over the longest way, is zero."""
 
 FEW = 0.5
 """A tool that touches the body at less than this fraction of another one's points does not carry it."""

@@ -87,7 +87,7 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
 
 
 def _refuse_boundless(iterate: Iterate, r: Floats, shared: Sequence[int], noise: float) -> None:
-    """Refuse forces at ``shared`` nodes that are as large as a solver's last step, and hide all others."""
+    """Refuse forces at ``shared`` nodes beside which all that the body carries, if more than ``noise``, is nothing."""
     here = np.isin(iterate.increment.system.candidates.node, shared)
     carried = max(max_abs(iterate.response.element_forces), max_abs(iterate.load), max_abs(r[~here]), noise)
     if max_abs(r[here]) > BOUNDLESS * carried:
